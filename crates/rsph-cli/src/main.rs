@@ -1,0 +1,2 @@
+//! rsph.
+fn main() {}

@@ -1,0 +1,61 @@
+//! Materials. One model a file, plus one line in [`REGISTRY`].
+
+mod kelvin_voigt;
+
+pub use kelvin_voigt::KelvinVoigt;
+
+use crate::error::InvalidInput;
+use crate::tensor::SymTensor;
+use std::fmt::Debug;
+use std::sync::Arc;
+
+/// A viscoelastic solid of Kelvin-Voigt form: its stress is a function of the *effective strain*
+/// e + T de/dt, Eq. (5).
+pub trait Material: Debug + Send + Sync {
+    /// Name in scenario files.
+    fn name(&self) -> &'static str;
+    /// Density rho in the undeformed state (kg/m^3).
+    fn density(&self) -> f64;
+    /// Relaxation time T (s).
+    fn relaxation_time(&self) -> f64;
+    /// Stress (Pa) at the effective strain e + T de/dt.
+    fn stress(&self, effective_strain: SymTensor) -> SymTensor;
+    /// Elastic energy density (J/m^3) at strain e.
+    fn energy_density(&self, strain: SymTensor) -> f64;
+    /// P-wave modulus lambda + 2 mu (Pa): sets the time step and the scale of the hourglass term.
+    fn p_wave_modulus(&self) -> f64;
+}
+
+/// One parameter of a material model.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// Key in scenario files.
+    pub key: &'static str,
+    /// Unit in SI.
+    pub unit: &'static str,
+    /// What it is.
+    pub doc: &'static str,
+    /// Value if the key is absent; `None`: required.
+    pub default: Option<f64>,
+}
+
+/// One row of the registry: what a scenario, the schema and Python need to know of a model.
+#[derive(Clone, Copy, Debug)]
+pub struct Model {
+    /// Name in scenario files.
+    pub name: &'static str,
+    /// One line for `--help`, schema and docs.
+    pub doc: &'static str,
+    /// Parameters, in order.
+    pub parameters: &'static [Parameter],
+    /// Builds the material from its parameters in that order.
+    pub build: fn(&[f64]) -> Result<Arc<dyn Material>, InvalidInput>,
+}
+
+/// All material models.
+pub const REGISTRY: &[Model] = &[kelvin_voigt::MODEL];
+
+/// The model of that name.
+pub fn model(name: &str) -> Option<&'static Model> {
+    REGISTRY.iter().find(|m| m.name == name)
+}

@@ -1,0 +1,333 @@
+//! Everything a simulation is made from, in the words of a scenario file.
+
+use crate::material::Material;
+use crate::region::Region;
+use crate::sample::Resolution;
+use crate::shape::Shape;
+use crate::tensor::{Mat3, Vec3};
+use std::sync::Arc;
+
+/// The unit system that labels plots and messages; the numerics do not care.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Units {
+    /// Metre, kilogram, second, pascal.
+    #[default]
+    Si,
+    /// Divided by characteristic values, as in section 5.2 of the paper.
+    Normalised,
+}
+
+/// A factor that grows linearly from 0 at time `from` to 1 at time `to` (a step if they are equal).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ramp {
+    /// Start (s).
+    pub from: f64,
+    /// End (s), not before `from`.
+    pub to: f64,
+}
+
+impl Ramp {
+    /// The factor at time `t`; at a step the factor is 1 from `from` on.
+    pub fn at(&self, t: f64) -> f64 {
+        if t < self.from {
+            0.0
+        } else if t >= self.to {
+            1.0
+        } else {
+            (t - self.from) / (self.to - self.from)
+        }
+    }
+
+    /// Its rate of change at time `t` (1/s).
+    pub fn rate(&self, t: f64) -> f64 {
+        if t >= self.from && t < self.to { 1.0 / (self.to - self.from) } else { 0.0 }
+    }
+}
+
+/// A vector field over the undeformed body, for initial values.
+#[derive(Clone)]
+pub enum VectorField {
+    /// The same vector everywhere.
+    Constant(Vec3),
+    /// `constant + gradient x`.
+    Affine {
+        /// Value at the origin.
+        constant: Vec3,
+        /// Gradient matrix, row i the gradient of component i.
+        gradient: Mat3,
+    },
+    /// `rate x (x - centre)`: a rotation with that rate vector (an angle vector for displacements).
+    Rotation {
+        /// Rotation vector.
+        rate: Vec3,
+        /// A point of the axis.
+        centre: Vec3,
+    },
+    /// Any function of the reference position.
+    Function(Arc<dyn Fn(&Vec3) -> Vec3 + Send + Sync>),
+}
+
+impl std::fmt::Debug for VectorField {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Constant(c) => write!(f, "Constant({c:?})"),
+            Self::Affine { constant, gradient } => write!(f, "Affine({constant:?}, {gradient:?})"),
+            Self::Rotation { rate, centre } => write!(f, "Rotation({rate:?}, {centre:?})"),
+            Self::Function(_) => write!(f, "Function"),
+        }
+    }
+}
+
+impl Default for VectorField {
+    fn default() -> Self {
+        Self::Constant(Vec3::zeros())
+    }
+}
+
+impl VectorField {
+    /// The vector at the reference position `x`.
+    pub fn at(&self, x: &Vec3) -> Vec3 {
+        match self {
+            Self::Constant(c) => *c,
+            Self::Affine { constant, gradient } => constant + gradient * x,
+            Self::Rotation { rate, centre } => rate.cross(&(x - centre)),
+            Self::Function(f) => f(x),
+        }
+    }
+}
+
+/// Initial values.
+#[derive(Clone, Debug, Default)]
+pub struct Initial {
+    /// Initial displacement u.
+    pub displacement: VectorField,
+    /// Initial velocity v.
+    pub velocity: VectorField,
+}
+
+/// How a prescribed part moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Motion {
+    /// Moves by `displacement` along a ramp, then rests.
+    Ramp {
+        /// Final displacement.
+        displacement: Vec3,
+        /// In what time.
+        ramp: Ramp,
+    },
+    /// `amplitude sin(2 pi frequency t)`.
+    Oscillation {
+        /// Amplitude of the displacement.
+        amplitude: Vec3,
+        /// Frequency (Hz).
+        frequency: f64,
+    },
+}
+
+impl Motion {
+    /// Displacement at time `t`.
+    pub fn displacement(&self, t: f64) -> Vec3 {
+        match self {
+            Self::Ramp { displacement, ramp } => displacement * ramp.at(t),
+            Self::Oscillation { amplitude, frequency } => {
+                amplitude * (std::f64::consts::TAU * frequency * t).sin()
+            }
+        }
+    }
+
+    /// Velocity at time `t`.
+    pub fn velocity(&self, t: f64) -> Vec3 {
+        match self {
+            Self::Ramp { displacement, ramp } => displacement * ramp.rate(t),
+            Self::Oscillation { amplitude, frequency } => {
+                let omega = std::f64::consts::TAU * frequency;
+                amplitude * (omega * (omega * t).cos())
+            }
+        }
+    }
+}
+
+/// A part of the body that is held or moved.
+#[derive(Clone, Debug)]
+pub struct Boundary {
+    /// Where. A plane that touches a face of the body clamps that face with mirror ghosts; a
+    /// region that holds particles fixes those particles.
+    pub region: Region,
+    /// Which components are held: all for a clamp, the normal one for a roller or symmetry plane.
+    pub fix: [bool; 3],
+    /// How it moves; `None`: not at all.
+    pub motion: Option<Motion>,
+}
+
+/// Where a patch load is centred.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PatchCentre {
+    /// A point on or near the surface.
+    At(Vec3),
+    /// The topmost (y) surface vertex beyond 60 % of the extent in x, as in
+    /// `liver_load.md`: the upper right part of an organ in the paper's Figs. 6 and 7.
+    UpperRight,
+}
+
+/// What pushes or pulls.
+#[derive(Clone, Debug)]
+pub enum LoadKind {
+    /// A force per area on the surface inside the region (Pa).
+    Traction {
+        /// Where on the surface.
+        region: Region,
+        /// Force per area.
+        traction: Vec3,
+    },
+    /// A pressure (Pa) against the outward normal of the surface inside the region.
+    Pressure {
+        /// Where on the surface.
+        region: Region,
+        /// Pressure, positive pushes inward.
+        pressure: f64,
+    },
+    /// f_ext of Eq. (2) per mass: an acceleration such as gravity (m/s^2), of the particles inside
+    /// the region.
+    BodyForce {
+        /// Which part of the body.
+        region: Region,
+        /// Force per mass.
+        acceleration: Vec3,
+    },
+    /// The smeared local load of Figs. 6 and 7: traction `pressure exp(-d^2/radius^2) direction`
+    /// on the surface that faces against `direction`.
+    Patch {
+        /// Peak pressure (Pa).
+        pressure: f64,
+        /// Centre.
+        centre: PatchCentre,
+        /// Radius of the Gaussian; `None`: 0.15 of the extent in x.
+        radius: Option<f64>,
+        /// Direction of the push; normalised.
+        direction: Vec3,
+    },
+}
+
+/// A load with its course in time.
+#[derive(Clone, Debug)]
+pub struct Load {
+    /// What.
+    pub kind: LoadKind,
+    /// When.
+    pub ramp: Ramp,
+}
+
+/// Which form of the equations of motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Formulation {
+    /// Corrected gradient and its exact adjoint on the lattice (the default; stable).
+    #[default]
+    Adjoint,
+    /// Eqs. (10) to (14) to the letter, on updated positions. Unstable; here for the record.
+    Paper,
+}
+
+/// Settings of the spatial discretisation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solver {
+    /// Form of the equations.
+    pub formulation: Formulation,
+    /// Smoothing length h in spacings.
+    pub smoothing: f64,
+    /// Weight alpha of the hourglass term (0: off).
+    pub hourglass: f64,
+}
+
+impl Default for Solver {
+    fn default() -> Self {
+        Self { formulation: Formulation::Adjoint, smoothing: 1.25, hourglass: 0.1 }
+    }
+}
+
+/// The time step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum TimeStep {
+    /// 0.9 of the stability limit.
+    #[default]
+    Auto,
+    /// This many seconds.
+    Fixed(f64),
+}
+
+/// A quantity that a probe reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Quantity {
+    /// Which column.
+    pub field: crate::particles::Field,
+    /// Which component; `None`: all of them.
+    pub component: Option<usize>,
+}
+
+impl Quantity {
+    /// Component suffixes of vectors.
+    pub const VECTOR: [&'static str; 3] = ["x", "y", "z"];
+    /// Component suffixes of symmetric tensors.
+    pub const TENSOR: [&'static str; 6] = ["xx", "yy", "zz", "xy", "yz", "xz"];
+
+    /// Suffixes of a field with that many components.
+    pub fn suffixes(components: usize) -> &'static [&'static str] {
+        match components {
+            3 => &Self::VECTOR,
+            6 => &Self::TENSOR,
+            _ => &[],
+        }
+    }
+
+    /// Parses `displacement`, `displacement.z`, `stress.xy`, `von_mises`.
+    pub fn parse(text: &str) -> Option<Self> {
+        let (name, suffix) = match text.split_once('.') {
+            Some((n, s)) => (n, Some(s)),
+            None => (text, None),
+        };
+        let field = crate::particles::Field::from_name(name)?;
+        let component = match suffix {
+            None => None,
+            Some(s) => Some(Self::suffixes(field.spec().components).iter().position(|x| *x == s)?),
+        };
+        Some(Self { field, component })
+    }
+}
+
+/// A named reading: the mean of a quantity over the surface in a region, or over the particles in
+/// it if it holds any, or at a point.
+#[derive(Clone, Debug)]
+pub struct Probe {
+    /// Column name in `probes.csv`.
+    pub name: String,
+    /// What.
+    pub quantity: Quantity,
+    /// Where.
+    pub region: Region,
+}
+
+/// Everything a simulation is made from.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// Labels only.
+    pub units: Units,
+    /// The body.
+    pub shape: Arc<dyn Shape>,
+    /// How fine.
+    pub resolution: Resolution,
+    /// Of what.
+    pub material: Arc<dyn Material>,
+    /// Initial values.
+    pub initial: Initial,
+    /// What is held.
+    pub boundaries: Vec<Boundary>,
+    /// What pushes.
+    pub loads: Vec<Load>,
+    /// Discretisation.
+    pub solver: Solver,
+    /// Time step.
+    pub time_step: TimeStep,
+    /// Whether a time step above the stability limit is allowed.
+    pub allow_unstable: bool,
+    /// What is recorded.
+    pub probes: Vec<Probe>,
+}
