@@ -159,7 +159,7 @@ impl Column {
 
     /// All values for writing; copies first if a snapshot still holds them.
     pub fn values_mut(&mut self) -> &mut [f64] {
-        Arc::make_mut(&mut self.data)
+        Arc::<Vec<f64>>::make_mut(&mut self.data)
     }
 
     /// The shared storage, for zero-copy views.
