@@ -38,6 +38,11 @@ impl RungeKutta4 {
     /// Right-hand sides a step.
     pub const EVALUATIONS: u64 = 4;
 
+    /// The forces at time `t`, without advancing.
+    pub fn evaluate(&mut self, dynamics: &mut dyn Dynamics, particles: &Particles, t: f64) -> ForceSums {
+        dynamics.rates(t, particles, &mut self.rates)
+    }
+
     /// Advances `particles` from `t` to `t + dt`; returns the sums over the step and the forces at its
     /// start.
     pub fn step(

@@ -90,19 +90,21 @@ where
                     continue;
                 }
                 let (y, z) = (simd.splat_f64s(offset.y), simd.splat_f64s(offset.z));
-                for i in 0..3 {
-                    let first = (neighbour_row * 3 + i) * stride + x - offset.reach;
-                    let line = &q[first..first + 2 * offset.reach + S::F64_LANES];
-                    let (mut plain, mut times_x) = (zero, zero);
-                    for (d, (&w, &wx)) in offset.weight.iter().zip(&offset.weight_x).enumerate() {
-                        let v = load(simd, &line[d..]);
-                        plain = simd.mul_add_e_f64s(simd.splat_f64s(w), v, plain);
-                        times_x = simd.mul_add_e_f64s(simd.splat_f64s(wx), v, times_x);
+                let lines = lines::<S, 3>(q, neighbour_row * 3 * stride + x, stride, offset.reach);
+                let (mut plain, mut times_x) = ([zero; 3], [zero; 3]);
+                for (d, (&w, &wx)) in offset.weight.iter().zip(&offset.weight_x).enumerate() {
+                    let (w, wx) = (simd.splat_f64s(w), simd.splat_f64s(wx));
+                    for i in 0..3 {
+                        let v = load(simd, lines[i], d);
+                        plain[i] = simd.mul_add_e_f64s(w, v, plain[i]);
+                        times_x[i] = simd.mul_add_e_f64s(wx, v, times_x[i]);
                     }
-                    sum[3 * i] = simd.add_f64s(sum[3 * i], times_x);
-                    sum[3 * i + 1] = simd.mul_add_e_f64s(y, plain, sum[3 * i + 1]);
-                    sum[3 * i + 2] = simd.mul_add_e_f64s(z, plain, sum[3 * i + 2]);
-                    sum[9 + i] = simd.add_f64s(sum[9 + i], plain);
+                }
+                for i in 0..3 {
+                    sum[3 * i] = simd.add_f64s(sum[3 * i], times_x[i]);
+                    sum[3 * i + 1] = simd.mul_add_e_f64s(y, plain[i], sum[3 * i + 1]);
+                    sum[3 * i + 2] = simd.mul_add_e_f64s(z, plain[i], sum[3 * i + 2]);
+                    sum[9 + i] = simd.add_f64s(sum[9 + i], plain[i]);
                 }
             }
             let mut lanes = [[0.0; LANES]; PAIR_COMPONENTS];
@@ -162,20 +164,20 @@ impl WithSimd for AdjointRow<'_> {
                     continue;
                 }
                 let (y, z) = (simd.splat_f64s(offset.y), simd.splat_f64s(offset.z));
-                for (i, sum) in sum.iter_mut().enumerate() {
-                    let first =
-                        |j: usize| (neighbour_row * PAIR_COMPONENTS + 3 * i + j) * stride + x - offset.reach;
-                    let length = 2 * offset.reach + S::F64_LANES;
-                    let lines: [&[f64]; 3] = std::array::from_fn(|j| &t[first(j)..first(j) + length]);
-                    let (mut along_y, mut along_z) = (zero, zero);
-                    for (d, (&w, &wx)) in offset.weight.iter().zip(&offset.weight_x).enumerate() {
-                        let w = simd.splat_f64s(w);
-                        *sum = simd.mul_add_e_f64s(simd.splat_f64s(wx), load(simd, &lines[0][d..]), *sum);
-                        along_y = simd.mul_add_e_f64s(w, load(simd, &lines[1][d..]), along_y);
-                        along_z = simd.mul_add_e_f64s(w, load(simd, &lines[2][d..]), along_z);
+                let first = neighbour_row * PAIR_COMPONENTS * stride + x;
+                let lines = lines::<S, 9>(t, first, stride, offset.reach);
+                let (mut along_y, mut along_z) = ([zero; 3], [zero; 3]);
+                for (d, (&w, &wx)) in offset.weight.iter().zip(&offset.weight_x).enumerate() {
+                    let (w, wx) = (simd.splat_f64s(w), simd.splat_f64s(wx));
+                    for i in 0..3 {
+                        sum[i] = simd.mul_add_e_f64s(wx, load(simd, lines[3 * i], d), sum[i]);
+                        along_y[i] = simd.mul_add_e_f64s(w, load(simd, lines[3 * i + 1], d), along_y[i]);
+                        along_z[i] = simd.mul_add_e_f64s(w, load(simd, lines[3 * i + 2], d), along_z[i]);
                     }
-                    *sum = simd.mul_add_e_f64s(y, along_y, *sum);
-                    *sum = simd.mul_add_e_f64s(z, along_z, *sum);
+                }
+                for i in 0..3 {
+                    sum[i] = simd.mul_add_e_f64s(y, along_y[i], sum[i]);
+                    sum[i] = simd.mul_add_e_f64s(z, along_z[i], sum[i]);
                 }
             }
             let mut lanes = [0.0; LANES];
@@ -189,8 +191,18 @@ impl WithSimd for AdjointRow<'_> {
     }
 }
 
-/// The first vector of `values`.
+/// The stretches of `C` components of a row that the taps of an offset read around the vector at
+/// `first`, the place in component 0.
 #[inline(always)]
-fn load<S: Simd>(_: S, values: &[f64]) -> S::f64s {
-    S::as_simd_f64s(&values[..S::F64_LANES]).0[0]
+fn lines<S: Simd, const C: usize>(field: &[f64], first: usize, stride: usize, reach: usize) -> [&[f64]; C] {
+    std::array::from_fn(|c| {
+        let start = first + c * stride - reach;
+        &field[start..start + 2 * reach + S::F64_LANES]
+    })
+}
+
+/// The vector at `d` of `line`.
+#[inline(always)]
+fn load<S: Simd>(_: S, line: &[f64], d: usize) -> S::f64s {
+    S::as_simd_f64s(&line[d..d + S::F64_LANES]).0[0]
 }

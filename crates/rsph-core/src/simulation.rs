@@ -208,15 +208,13 @@ impl Simulation {
             }
         };
         dynamics.impose(0.0, &mut particles);
-        let integrator = RungeKutta4::new(&*dynamics, &particles);
+        let mut integrator = RungeKutta4::new(&*dynamics, &particles);
         let start = Start {
             mass: total_mass(&particles),
             momentum: momentum(&particles),
             energy: dynamics.energy(0.0, &particles),
         };
-        let mut rates: Vec<Column> =
-            dynamics.integrated().iter().map(|f| Column::zeros(f.spec().components, n)).collect();
-        let forces = dynamics.rates(0.0, &particles, &mut rates);
+        let forces = integrator.evaluate(&mut *dynamics, &particles, 0.0);
         let watch = Watch::new(&*dynamics, &particles, start.energy);
         Ok(Self {
             setup,
@@ -304,6 +302,11 @@ impl Simulation {
             (self.time, self.steps) = self.watch.restore(&*self.dynamics, &mut self.particles);
         }
         result
+    }
+
+    /// Evaluates the right-hand side at this moment without advancing, for measurements.
+    pub fn evaluate(&mut self) -> ForceSums {
+        self.integrator.evaluate(&mut *self.dynamics, &self.particles, self.time)
     }
 
     /// Simulated time.

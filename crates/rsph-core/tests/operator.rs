@@ -85,7 +85,8 @@ fn uniform_strain_next_to_a_clamp_and_a_roller_is_exact() {
 
 #[test]
 fn stiffness_is_symmetric() {
-    for mut body in [ball(1.25), ball(0.8), clamped_cube(7, 1.25, 0.1, 0.3), clamped_cube(6, 0.8, 0.2, 0.45)] {
+    for mut body in [ball(1.25), ball(0.8), clamped_cube(7, 1.25, 0.1, 0.3), clamped_cube(6, 0.8, 0.2, 0.45)]
+    {
         let n = 3 * body.positions.len();
         let mut noise = Noise(7);
         let (x, y) = (noise.column(n), noise.column(n));
@@ -99,14 +100,9 @@ fn stiffness_is_symmetric() {
 
 #[test]
 fn corner_of_three_rollers_is_symmetric_too() {
-    let roller = |axis: usize| MirrorPlane {
-        axis,
-        at: 0.0,
-        fix: std::array::from_fn(|i| i == axis),
-        motion: None,
-    };
-    let mut body =
-        body([5; 3], 0.2, 1.25, 0.1, 0.3, vec![roller(0), roller(1), roller(2)], |_| 1.0);
+    let roller =
+        |axis: usize| MirrorPlane { axis, at: 0.0, fix: std::array::from_fn(|i| i == axis), motion: None };
+    let mut body = body([5; 3], 0.2, 1.25, 0.1, 0.3, vec![roller(0), roller(1), roller(2)], |_| 1.0);
     let n = 3 * body.positions.len();
     let mut noise = Noise(3);
     let (x, y) = (noise.column(n), noise.column(n));
