@@ -3,6 +3,7 @@
 #![allow(clippy::inline_always)]
 
 pub mod error;
+pub mod marching_cubes;
 pub mod material;
 pub mod mesh;
 pub mod particles;
