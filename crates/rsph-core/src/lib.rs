@@ -9,6 +9,7 @@ pub mod integrate;
 pub mod kernel;
 pub mod lattice;
 pub mod level_set;
+pub mod marching_cubes;
 pub mod material;
 pub mod mesh;
 pub mod mls;
