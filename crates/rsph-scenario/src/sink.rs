@@ -22,6 +22,7 @@ pub struct SinkError {
 
 impl SinkError {
     /// An error in words.
+    #[allow(clippy::needless_pass_by_value)] // an error is handed over
     pub fn new(path: impl Into<PathBuf>, message: impl ToString) -> Self {
         Self { path: path.into(), message: message.to_string(), source: None }
     }

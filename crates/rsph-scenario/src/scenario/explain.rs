@@ -6,7 +6,7 @@ use super::examples::example;
 use super::keypath::KeyPath;
 
 /// The word of `known` that was probably meant by `word`.
-pub(super) fn suggestion<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
+pub fn suggestion<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     known
         .iter()
         .map(|k| (strsim::jaro_winkler(word, k), strsim::damerau_levenshtein(word, k), *k))
@@ -43,7 +43,7 @@ pub(super) fn explain(document: &Document, path: &KeyPath, message: &str) -> Sce
 }
 
 /// The example for a key, as something to do.
-pub(super) fn remedy_at(path: &KeyPath) -> String {
+pub fn remedy_at(path: &KeyPath) -> String {
     match example(&path.to_string()) {
         Some(line) if line.contains('\n') => format!("for example\n{line}"),
         Some(line) => format!("for example `{line}`"),

@@ -14,6 +14,7 @@ mod values;
 
 pub use document::Document;
 pub use error::ScenarioError;
+pub(crate) use explain::{remedy_at, suggestion};
 pub use keypath::KeyPath;
 pub use loads::{BoundaryKind, BoundaryTable, LoadKindName, LoadTable, MotionTable, RampTable};
 pub use material::MaterialTable;
