@@ -1,6 +1,7 @@
 //! The run loop: from frame to frame, with everything that is seen on the way handed to a sink.
 
 mod folder;
+mod store;
 
 pub use folder::{FolderError, OutputFolder};
 
@@ -88,14 +89,27 @@ pub struct RunStart<'a> {
 /// Makes the sink of a run, once it is known that the run can begin.
 pub type MakeSink<'a> = dyn FnMut(&RunStart<'_>) -> Result<Box<dyn RunSink>, SinkError> + 'a;
 
-/// Runs `scenario` and stores its results in `folder` through the sink that `make_sink` makes.
-/// A folder with results is refused unless `force`. Nothing is written before it is known that the
+/// Runs `scenario` and stores its results in `folder`: the files of a run's folder.
+///
+/// # Errors
+/// As [`run_with`].
+pub fn run(
+    scenario: &LoadedScenario,
+    folder: &Path,
+    force: bool,
+    observer: &mut dyn Observer,
+    stop: &AtomicBool,
+) -> Result<Outcome, RunError> {
+    run_with(scenario, folder, force, &mut store::open, observer, stop)
+}
+
+/// Runs `scenario` and hands its results to the sink that `make_sink` makes for `folder`. A folder with results is refused unless `force`. Nothing is written before it is known that the
 /// scenario can be simulated.
 ///
 /// # Errors
 /// Wrong input, an unusable folder, or results that can not be stored. A simulation that fails is
 /// an [`Outcome`], not an error.
-pub fn run(
+pub fn run_with(
     scenario: &LoadedScenario,
     folder: &Path,
     force: bool,
@@ -106,8 +120,7 @@ pub fn run(
     let output = OutputFolder::new(folder, force)?;
     let job = scenario.lower()?;
     let (until, interval) = (job.until, job.frame_interval);
-    let mut simulation =
-        Simulation::new(job.setup).map_err(|e| scenario.document().invalid_input(&e))?;
+    let mut simulation = Simulation::new(job.setup).map_err(|e| scenario.document().invalid_input(&e))?;
     let mut notes = job.notes;
     notes.extend(simulation.description().notes.iter().cloned());
     let folder = output.claim()?;
@@ -130,7 +143,8 @@ pub fn advance(
     observer: &mut dyn Observer,
     stop: &AtomicBool,
 ) -> Result<Outcome, SinkError> {
-    let start = Start { wall: Instant::now(), step: simulation.step_count(), rhs: simulation.rhs_evaluations() };
+    let start =
+        Start { wall: Instant::now(), step: simulation.step_count(), rhs: simulation.rhs_evaluations() };
     let stride = sample_stride(until - simulation.time(), simulation.description().dt);
     let mut last_report = Instant::now();
     let mut recorder = Recorder { sink, last_sample: None, last_frame: None };

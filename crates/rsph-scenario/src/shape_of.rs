@@ -21,7 +21,7 @@ pub fn shape_of(
     check_sizes(doc, &body.shape)?;
     let bounds = |min: Vec3, size: Vec3| Ok((Arc::new(Stub(Bounds { min, max: min + size })) as _, vec![]));
     match &body.shape {
-        ShapeTable::Box { size, min } => bounds(Vec3::from(*min), Vec3::from(*size)),
+        ShapeTable::Box { size, corner } => bounds(Vec3::from(*corner), Vec3::from(*size)),
         ShapeTable::Mesh { path, .. } => {
             let file = base_dir.join(path);
             std::fs::metadata(&file).map_err(|e| {
@@ -45,10 +45,9 @@ fn check_sizes(doc: &Document, shape: &ShapeTable) -> Result<(), ScenarioError> 
             size.iter().enumerate().map(|(i, x)| (path.index(i), *x)).collect()
         }
         ShapeTable::Sphere { radius, .. } => vec![(path.key("sphere").key("radius"), *radius)],
-        ShapeTable::Cylinder { radius, length, .. } => vec![
-            (path.key("cylinder").key("radius"), *radius),
-            (path.key("cylinder").key("length"), *length),
-        ],
+        ShapeTable::Cylinder { radius, height, .. } => {
+            vec![(path.key("cylinder").key("radius"), *radius), (path.key("cylinder").key("height"), *height)]
+        }
         ShapeTable::Mesh { scale, .. } => vec![(path.key("mesh").key("scale"), *scale)],
         ShapeTable::Organ(_) => vec![],
     };

@@ -20,12 +20,7 @@ pub fn zero_or_more(doc: &Document, path: &KeyPath, value: f64, what: &str) -> R
 }
 
 /// `value`, which is `what`, must point somewhere.
-pub fn direction(
-    doc: &Document,
-    path: &KeyPath,
-    value: [f64; 3],
-    what: &str,
-) -> Result<Vec3, ScenarioError> {
+pub fn direction(doc: &Document, path: &KeyPath, value: [f64; 3], what: &str) -> Result<Vec3, ScenarioError> {
     let v = Vec3::from(value);
     if v.norm() > 0.0 && v.norm().is_finite() {
         return Ok(v);

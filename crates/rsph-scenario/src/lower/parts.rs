@@ -191,7 +191,10 @@ fn check_keys(doc: &Document, path: &KeyPath, t: &LoadTable) -> Result<(), Scena
         Some((key, _)) => Err(doc.error(
             &path.key(key),
             format!("does not belong to a load of kind \"{}\"", kind_name(t.kind)),
-            format!("such a load takes `{}` and `ramp`: remove the key or change the kind", allowed.join("`, `")),
+            format!(
+                "such a load takes `{}` and `ramp`: remove the key or change the kind",
+                allowed.join("`, `")
+            ),
         )),
     }
 }

@@ -40,7 +40,9 @@ impl FolderError {
     /// What to do about it.
     pub fn remedy(&self) -> &'static str {
         match self {
-            Self::HoldsResults { .. } => "add `--force` to overwrite them, or choose another folder with `--output`",
+            Self::HoldsResults { .. } => {
+                "add `--force` to overwrite them, or choose another folder with `--output`"
+            }
             Self::NotWritable { .. } => "choose another folder with `--output`, or check its permissions",
         }
     }

@@ -56,7 +56,11 @@ impl Document {
         let whole = |e: &toml::de::Error| syntax_error(&self.name, &self.edited, e);
         let values: toml::Table = self.edited.parse().map_err(|e| whole(&e))?;
         if let Some(path) = first_not_finite(&toml::Value::Table(values), &KeyPath::default()) {
-            return Err(self.error(&path, "must be a finite number", "write a plain number such as 1.5 or 2e5"));
+            return Err(self.error(
+                &path,
+                "must be a finite number",
+                "write a plain number such as 1.5 or 2e5",
+            ));
         }
         let deserializer = toml::Deserializer::parse(&self.edited).map_err(|e| whole(&e))?;
         Scenario::deserialize(deserializer).map_err(|e| {
@@ -72,7 +76,8 @@ impl Document {
         problem: impl Into<String>,
         remedy: impl Into<String>,
     ) -> ScenarioError {
-        let value = find(&self.edited, path).and_then(|f| f.exact.then(|| self.value_text(&f.value))).flatten();
+        let value =
+            find(&self.edited, path).and_then(|f| f.exact.then(|| self.value_text(&f.value))).flatten();
         self.place(path, false, ScenarioError::new(path.to_string(), problem, remedy).with_value(value))
     }
 
@@ -100,11 +105,10 @@ impl Document {
     fn place(&self, path: &KeyPath, at_key: bool, error: ScenarioError) -> ScenarioError {
         let original = find(&self.original, path);
         let exact = original.as_ref().is_some_and(|f| f.exact);
-        let set = self
-            .overrides
-            .iter()
-            .rev()
-            .find(|o| o.path.holds(path) || (!exact && path.holds(&o.path) && !path.segments().is_empty()));
+        let set =
+            self.overrides.iter().rev().find(|o| {
+                o.path.holds(path) || (!exact && path.holds(&o.path) && !path.segments().is_empty())
+            });
         if let Some(set) = set {
             return error.at(&set.name(), &set.text, 0..set.text.len());
         }
@@ -120,15 +124,16 @@ impl Document {
         let text = self.edited.get(span.clone())?.split_whitespace().collect::<Vec<_>>().join(" ");
         let short: String = text.chars().take(80).collect();
         // The span of a table is that of its header, which is not a value worth showing.
-        (!text.is_empty() && !text.starts_with("[[") && !is_header(&text)).then(|| {
-            if short.len() < text.len() { format!("{short}...") } else { short }
-        })
+        (!text.is_empty() && !text.starts_with("[[") && !is_header(&text))
+            .then(|| if short.len() < text.len() { format!("{short}...") } else { short })
     }
 }
 
 fn is_header(text: &str) -> bool {
     text.strip_prefix('[').and_then(|t| t.strip_suffix(']')).is_some_and(|t| {
-        !t.is_empty() && t.parse::<f64>().is_err() && t.chars().all(|c| c.is_alphanumeric() || "_-.".contains(c))
+        !t.is_empty()
+            && t.parse::<f64>().is_err()
+            && t.chars().all(|c| c.is_alphanumeric() || "_-.".contains(c))
     })
 }
 

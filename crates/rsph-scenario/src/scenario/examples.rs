@@ -9,7 +9,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("body.shape.box", "shape = { box = { size = [1.0, 1.0, 1.0] } }"),
     ("body.shape.box.size", "size = [1.0, 1.0, 1.0]"),
     ("body.shape.sphere", "shape = { sphere = { radius = 0.5 } }"),
-    ("body.shape.cylinder", "shape = { cylinder = { radius = 0.5, length = 2.0, axis = \"z\" } }"),
+    ("body.shape.cylinder", "shape = { cylinder = { radius = 0.5, height = 2.0, axis = \"z\" } }"),
     ("body.shape.organ", "shape = { organ = \"liver\" }"),
     ("body.shape.mesh", "shape = { mesh = { path = \"organ.stl\", scale = 0.001 } }"),
     ("body.shape.mesh.path", "path = \"organ.stl\""),

@@ -10,7 +10,7 @@ pub fn suggestion<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     known
         .iter()
         .map(|k| (strsim::jaro_winkler(word, k), strsim::damerau_levenshtein(word, k), *k))
-        .filter(|(likeness, edits, k)| *likeness > 0.85 || *edits <= 1 + k.len() / 5)
+        .filter(|(likeness, edits, k)| *likeness > 0.85 || (*edits <= 1 + k.len() / 5 && *edits < k.len()))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, _, k)| k)
 }
@@ -25,17 +25,13 @@ pub(super) fn explain(document: &Document, path: &KeyPath, message: &str) -> Sce
     }
     if let (true, Some((word, known))) = (first_line.starts_with("unknown variant"), quoted.split_first()) {
         let allowed = known.iter().map(|k| format!("\"{k}\"")).collect::<Vec<_>>().join(", ");
-        let remedy = suggestion(word, known)
-            .map_or_else(|| remedy_at(path), |s| format!("did you mean \"{s}\"?"));
+        let remedy =
+            suggestion(word, known).map_or_else(|| remedy_at(path), |s| format!("did you mean \"{s}\"?"));
         return document.error(path, format!("unknown name \"{word}\"; allowed: {allowed}"), remedy);
     }
     if let (true, Some(key)) = (first_line.starts_with("missing field"), quoted.first()) {
         let missing = path.key(key);
-        let place = if path.segments().is_empty() {
-            "the scenario".into()
-        } else {
-            format!("`{path}`")
-        };
+        let place = if path.segments().is_empty() { "the scenario".into() } else { format!("`{path}`") };
         let remedy = remedy_at(&missing);
         return document.error(&missing, format!("missing in {place}"), remedy);
     }

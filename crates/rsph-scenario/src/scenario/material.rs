@@ -66,9 +66,7 @@ impl MaterialTable {
                     .map_or_else(|| format!("for example `{example}`"), |s| format!("did you mean \"{s}\"?"));
                 document.error(&path, format!("unknown model; known models: {known}"), hint)
             }),
-            Some(_) => {
-                Err(document.error(&path, format!("must be the name of a model: {known}"), example))
-            }
+            Some(_) => Err(document.error(&path, format!("must be the name of a model: {known}"), example)),
         }
     }
 }

@@ -38,8 +38,9 @@ impl Override {
                 "for example `--set load.0.ramp.to=1.0` for the first load",
             ));
         };
-        let value = parse_value(value.trim())
-            .map_err(|e| wrong(format!("the value is no TOML: {e}"), "quote texts, write lists as [1, 2, 3]"))?;
+        let value = parse_value(value.trim()).map_err(|e| {
+            wrong(format!("the value is no TOML: {e}"), "quote texts, write lists as [1, 2, 3]")
+        })?;
         set_in_table(document.as_table_mut(), path.segments(), value)
             .map_err(|e| wrong(e, "look up the keys with `rsph schema` or in the scenario file"))?;
         if let Some((_, other)) = ALTERNATIVES.iter().find(|(k, _)| KeyPath::from(*k) == path)
@@ -164,8 +165,10 @@ kind = \"traction\"
     #[test]
     fn values_lists_words_and_new_tables_are_set() {
         assert!(edit("body.spacing=0.05").unwrap().contains("spacing = 0.05"));
-        assert!(edit("body.shape.box.size.2=3").unwrap().contains("size = [1.0, 1.0,3]")
-            || edit("body.shape.box.size.2=3").unwrap().contains("size = [1.0, 1.0, 3]"));
+        assert!(
+            edit("body.shape.box.size.2=3").unwrap().contains("size = [1.0, 1.0,3]")
+                || edit("body.shape.box.size.2=3").unwrap().contains("size = [1.0, 1.0, 3]")
+        );
         assert!(edit("title=A bare title").unwrap().contains("title = \"A bare title\""));
         assert!(edit("solver.formulation=paper").unwrap().contains("[solver]\nformulation = \"paper\""));
         assert!(edit("load.0.kind=pressure").unwrap().contains("kind = \"pressure\""));

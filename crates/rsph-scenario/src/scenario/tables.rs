@@ -84,7 +84,7 @@ pub enum ShapeTable {
         size: [f64; 3],
         /// Its lower corner (m). Default: the origin.
         #[serde(default)]
-        min: [f64; 3],
+        corner: [f64; 3],
     },
     /// A sphere.
     Sphere {
@@ -98,17 +98,16 @@ pub enum ShapeTable {
     Cylinder {
         /// Radius (m).
         radius: f64,
-        /// Length along its axis (m).
-        length: f64,
+        /// Height along its axis (m).
+        height: f64,
         /// Direction of its axis. Default: "z".
         #[serde(default = "z")]
         axis: AxisName,
-        /// Centre of its bottom face (m). Default: the origin.
+        /// Centre (m). Default: the origin.
         #[serde(default)]
-        base: [f64; 3],
+        centre: [f64; 3],
     },
-    /// An organ that the program builds itself: metres, x from the right lobe to the left, y up,
-    /// z towards the back.
+    /// An organ that the program builds itself: metres, x from its right end to its left, y up.
     Organ(OrganName),
     /// A closed triangle mesh.
     Mesh {
@@ -187,11 +186,7 @@ pub struct SolverTable {
 impl Default for SolverTable {
     fn default() -> Self {
         let core = rsph_core::setup::Solver::default();
-        Self {
-            formulation: FormulationName::default(),
-            smoothing: core.smoothing,
-            hourglass: core.hourglass,
-        }
+        Self { formulation: FormulationName::default(), smoothing: core.smoothing, hourglass: core.hourglass }
     }
 }
 
