@@ -1,1 +1,10 @@
-//! Placeholder.
+//! Scenario files, the run loop and what surrounds a simulation.
+
+mod lower;
+pub mod run;
+pub mod scenario;
+mod shape_of;
+pub mod sink;
+pub mod validation;
+
+pub use lower::Job;

@@ -1,0 +1,9 @@
+//! The verbs, one file each.
+
+pub mod info;
+pub mod new;
+pub mod run;
+pub mod sample;
+pub mod schema;
+pub mod surface;
+pub mod validate;

@@ -1,0 +1,47 @@
+//! `rsph new`
+
+use crate::exit::{Code, Trouble};
+use crate::output::print;
+use clap::Args;
+
+/// Print a commented scenario to start from
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Templates:
+  liver_load            a liver pushed by a smeared load (the default)
+  liver_load_144        the same with 144 particles, as in the paper
+  liver_visible_human   the same on a triangle mesh
+  tensile_liver         tensile test of a cube, stiff
+  tensile_kidney        tensile test of a cube, soft: it overshoots
+  hanging_column        a column under its own weight
+
+Examples:
+  rsph new > my.toml
+  rsph new tensile_liver > tensile.toml")]
+pub struct Arguments {
+    /// Which template
+    #[arg(default_value = "liver_load")]
+    template: String,
+}
+
+const TEMPLATES: &[(&str, &str)] = &[
+    ("liver_load", include_str!("../../../../scenarios/liver_load.toml")),
+    ("liver_load_144", include_str!("../../../../scenarios/liver_load_144.toml")),
+    ("liver_visible_human", include_str!("../../../../scenarios/liver_visible_human.toml")),
+    ("tensile_liver", include_str!("../../../../scenarios/tensile_liver.toml")),
+    ("tensile_kidney", include_str!("../../../../scenarios/tensile_kidney.toml")),
+    ("hanging_column", include_str!("../../../../scenarios/hanging_column.toml")),
+];
+
+pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
+    let name = arguments.template.trim_end_matches(".toml");
+    let Some((_, text)) = TEMPLATES.iter().find(|(n, _)| *n == name) else {
+        let known = TEMPLATES.iter().map(|(n, _)| *n).collect::<Vec<_>>().join(", ");
+        return Err(Trouble::input(
+            format!("there is no template \"{}\"", arguments.template),
+            format!("templates: {known}"),
+        ));
+    };
+    print(text)?;
+    Ok(Code::Good)
+}

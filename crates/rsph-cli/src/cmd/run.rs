@@ -1,0 +1,95 @@
+//! `rsph run`
+
+use crate::exit::{Code, Trouble};
+use crate::interrupt::stop_flag;
+use crate::output::{number, print, rate};
+use crate::progress::Display;
+use clap::Args;
+use rsph_scenario::run;
+use rsph_scenario::scenario::LoadedScenario;
+use rsph_scenario::sink::{Outcome, Status};
+use std::path::{Path, PathBuf};
+
+/// Run a scenario and store its results
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  rsph run scenarios/liver_load.toml
+  rsph run my.toml --output out/fine --set body.particles=5000
+  rsph run my.toml --set load.0.ramp.to=1 --set solver.formulation=paper --force
+
+The folder then holds report.html (open it in a browser), particles.vtkhdf and surface.vtkhdf (open
+them in ParaView), probes.csv, summary.json, and scenario.toml: the scenario as run.
+Ctrl-C closes the last frame and leaves; a second Ctrl-C leaves at once.")]
+pub struct Arguments {
+    /// The scenario file (TOML); `rsph new` prints one to start from
+    #[arg(value_name = "SCENARIO.toml")]
+    scenario: PathBuf,
+    /// Folder for the results [default: out/<name of the scenario file>]
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Change a value of the scenario; lists are indexed from 0: load.0.pressure=300
+    #[arg(long, value_name = "KEY.PATH=VALUE")]
+    set: Vec<String>,
+    /// Number of threads [default: all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Continue from the folder's checkpoint
+    #[arg(long)]
+    resume: bool,
+    /// Overwrite the results that are in the folder
+    #[arg(long)]
+    force: bool,
+    /// Show neither progress nor a summary, only warnings and errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
+    if arguments.resume {
+        return Err(Trouble::input(
+            "--resume: checkpoints are not there yet",
+            "run the scenario from its start, without --resume",
+        ));
+    }
+    let scenario = LoadedScenario::from_file(&arguments.scenario, &arguments.set)?;
+    let folder = arguments.output.clone().unwrap_or_else(|| {
+        Path::new("out").join(arguments.scenario.file_stem().unwrap_or_else(|| "scenario".as_ref()))
+    });
+    if let Some(n) = arguments.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(n.into())
+            .build_global()
+            .map_err(|e| Trouble::system(format!("cannot start {n} threads: {e}"), "ask for fewer"))?;
+    }
+    let stop = stop_flag()?;
+    let mut display = Display::new(arguments.quiet);
+    let outcome = run::run(&scenario, &folder, arguments.force, &mut display, &stop)?;
+    if !arguments.quiet {
+        print(&summary(&outcome, &folder))?;
+    }
+    match &outcome.status {
+        Status::Finished => Ok(Code::Good),
+        Status::Interrupted => Ok(Code::Interrupted),
+        Status::Failed(failure) => Err(Trouble::failure(failure)),
+    }
+}
+
+fn summary(outcome: &Outcome, folder: &Path) -> String {
+    let how = match outcome.status {
+        Status::Finished => "finished",
+        Status::Interrupted => "interrupted",
+        Status::Failed(_) => "failed; the results up to there are complete",
+    };
+    let folder = folder.display();
+    format!(
+        "{how}: t = {}, {} steps in {} s ({} steps/s, {} threads)\n\
+         picture: {folder}/report.html (open it in a browser)\n\
+         ParaView: {folder}/particles.vtkhdf, {folder}/surface.vtkhdf\n",
+        number(outcome.time),
+        outcome.steps,
+        number(outcome.wall_seconds),
+        rate(outcome.steps as f64 / outcome.wall_seconds.max(1e-9)),
+        outcome.threads,
+    )
+}

@@ -1,0 +1,92 @@
+//! How a run goes: a bar on a terminal, quiet lines elsewhere.
+
+use crate::output::{number, rate};
+use indicatif::{ProgressBar, ProgressStyle};
+use rsph_core::simulation::Description;
+use rsph_scenario::run::{Observer, Progress};
+use rsph_scenario::sink::Outcome;
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
+
+/// Wall time between two lines where there is no terminal.
+const LINE_INTERVAL: Duration = Duration::from_secs(5);
+/// The bar counts thousandths of the simulated time.
+const BAR_LENGTH: u64 = 1000;
+
+/// Shows a run on stderr.
+pub struct Display {
+    bar: Option<ProgressBar>,
+    begun: Instant,
+    last_line: Instant,
+    quiet: bool,
+}
+
+impl Display {
+    /// A display; `quiet` shows nothing but notes.
+    pub fn new(quiet: bool) -> Self {
+        let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
+            let bar = ProgressBar::new(BAR_LENGTH);
+            if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}") {
+                bar.set_style(style);
+            }
+            bar
+        });
+        Self { bar, begun: Instant::now(), last_line: Instant::now(), quiet }
+    }
+}
+
+impl Observer for Display {
+    fn started(&mut self, d: &Description, notes: &[String]) {
+        for note in notes {
+            tracing::warn!("{note}");
+        }
+        let limit = if d.limited_by_viscosity { "viscosity" } else { "wave speed" };
+        tracing::info!(
+            "{} particles, spacing {}, volume {} (shape {}), dt {} (limit {}, set by {limit})",
+            d.particles,
+            number(d.spacing),
+            number(d.volume),
+            number(d.shape_volume),
+            number(d.dt),
+            number(d.dt_limit),
+        );
+        self.begun = Instant::now();
+        self.last_line = self.begun;
+    }
+
+    fn progressed(&mut self, p: &Progress) {
+        let part = (p.time / p.until).clamp(0.0, 1.0);
+        let elapsed = self.begun.elapsed().as_secs_f64();
+        let left = if part > 0.0 { elapsed * (1.0 - part) / part } else { f64::NAN };
+        let line = format!(
+            "t = {} of {}, {} steps/s, {} particle updates/s, {} left",
+            number(p.time),
+            number(p.until),
+            rate(p.steps_per_second),
+            rate(p.updates_per_second),
+            duration(left)
+        );
+        if let Some(bar) = &self.bar {
+            bar.set_position((part * BAR_LENGTH as f64) as u64);
+            bar.set_message(line);
+        } else if !self.quiet && self.last_line.elapsed() >= LINE_INTERVAL {
+            self.last_line = Instant::now();
+            tracing::info!("{line}");
+        }
+    }
+
+    fn finished(&mut self, _: &Outcome) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if !s.is_finite() => "?".into(),
+        s if s < 90.0 => format!("{s:.0} s"),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}

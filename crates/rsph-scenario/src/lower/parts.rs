@@ -1,0 +1,226 @@
+//! Regions, fields, boundaries and loads in the words of the core.
+
+use super::checks::{direction, positive};
+use crate::scenario::{
+    BoundaryKind, BoundaryTable, CentreValue, Document, FieldTable, KeyPath, LoadKindName, LoadTable,
+    MotionTable, RampTable, RegionTable, ScenarioError,
+};
+use rsph_core::region::Region;
+use rsph_core::setup::{Boundary, Load, LoadKind, Motion, PatchCentre, Ramp, VectorField};
+use rsph_core::tensor::{Mat3, Vec3};
+
+/// The region written at `path`.
+pub fn region(doc: &Document, path: &KeyPath, table: &RegionTable) -> Result<Region, ScenarioError> {
+    let list = |word: &str, parts: &[RegionTable]| -> Result<Vec<Region>, ScenarioError> {
+        let path = path.key(word);
+        if parts.is_empty() {
+            return Err(doc.error(&path, "needs at least one region", "list regions, or use \"all\""));
+        }
+        parts.iter().enumerate().map(|(i, r)| region(doc, &path.index(i), r)).collect()
+    };
+    Ok(match table {
+        RegionTable::All => Region::All,
+        RegionTable::Plane { axis, at, side } => {
+            Region::Plane { axis: axis.axis(), at: *at, side: side.side() }
+        }
+        RegionTable::HalfSpace { point, normal } => Region::HalfSpace {
+            point: Vec3::from(*point),
+            normal: direction(doc, &path.key("half_space").key("normal"), *normal, "the normal")?,
+        },
+        RegionTable::Box { min, max } => {
+            if (0..3).any(|i| min[i] > max[i]) {
+                return Err(doc.error(
+                    &path.key("box"),
+                    "`min` must not exceed `max` on any axis",
+                    "swap the two numbers of that axis",
+                ));
+            }
+            Region::Box { min: Vec3::from(*min), max: Vec3::from(*max) }
+        }
+        RegionTable::Ball { centre, radius } => Region::Ball {
+            centre: Vec3::from(*centre),
+            radius: positive(doc, &path.key("ball").key("radius"), *radius, "the radius")?,
+        },
+        RegionTable::SurfacePatch { centre, radius, facing } => {
+            let path = path.key("surface_patch");
+            Region::SurfacePatch {
+                centre: Vec3::from(*centre),
+                radius: positive(doc, &path.key("radius"), *radius, "the radius")?,
+                facing: direction(doc, &path.key("facing"), *facing, "the direction")?,
+            }
+        }
+        RegionTable::Point(p) => Region::Point(Vec3::from(*p)),
+        RegionTable::And(parts) => Region::And(list("and", parts)?),
+        RegionTable::Or(parts) => Region::Or(list("or", parts)?),
+        RegionTable::Not(part) => Region::Not(Box::new(region(doc, &path.key("not"), part)?)),
+    })
+}
+
+/// An initial field; zero if there is none.
+pub fn field(table: Option<&FieldTable>) -> VectorField {
+    match table {
+        None => VectorField::default(),
+        Some(FieldTable::Constant(c)) => VectorField::Constant(Vec3::from(*c)),
+        Some(FieldTable::Affine { constant, gradient }) => VectorField::Affine {
+            constant: Vec3::from(*constant),
+            gradient: Mat3::from_fn(|i, j| gradient[i][j]),
+        },
+        Some(FieldTable::Rotation { rate, centre }) => {
+            VectorField::Rotation { rate: Vec3::from(*rate), centre: Vec3::from(*centre) }
+        }
+    }
+}
+
+/// All `[[boundary]]` entries.
+pub fn boundaries(doc: &Document, tables: &[BoundaryTable]) -> Result<Vec<Boundary>, ScenarioError> {
+    let path = KeyPath::from("boundary");
+    tables.iter().enumerate().map(|(i, t)| boundary(doc, &path.index(i), t)).collect()
+}
+
+fn boundary(doc: &Document, path: &KeyPath, table: &BoundaryTable) -> Result<Boundary, ScenarioError> {
+    let mut fix = [table.fix.is_none(); 3];
+    for axis in table.fix.iter().flatten() {
+        fix[axis.axis() as usize] = true;
+    }
+    if fix == [false; 3] {
+        return Err(doc.error(
+            &path.key("fix"),
+            "holds no component; allowed: \"x\", \"y\", \"z\", at least one",
+            "list the components, or remove the key to hold all three",
+        ));
+    }
+    let motion = match (table.kind, &table.motion) {
+        (BoundaryKind::Clamp, None) => None,
+        (BoundaryKind::Prescribed, Some(motion)) => Some(motion_of(doc, &path.key("motion"), motion)?),
+        (BoundaryKind::Clamp, Some(_)) => {
+            return Err(doc.error(
+                &path.key("motion"),
+                "a clamp does not move",
+                "use kind = \"prescribed\", or remove the motion",
+            ));
+        }
+        (BoundaryKind::Prescribed, None) => return Err(missing(doc, path, "motion", "prescribed")),
+    };
+    Ok(Boundary { region: region(doc, &path.key("region"), &table.region)?, fix, motion })
+}
+
+fn motion_of(doc: &Document, path: &KeyPath, table: &MotionTable) -> Result<Motion, ScenarioError> {
+    match *table {
+        MotionTable::Ramp { displacement, from, to } => {
+            if to <= from {
+                return Err(doc.error(
+                    &path.key("ramp").key("to"),
+                    format!("must be later than `from` = {from}: an instant motion has no velocity"),
+                    "give the motion some time",
+                ));
+            }
+            Ok(Motion::Ramp { displacement: Vec3::from(displacement), ramp: Ramp { from, to } })
+        }
+        MotionTable::Oscillation { amplitude, frequency } => {
+            positive(doc, &path.key("oscillation").key("frequency"), frequency, "the frequency (Hz)")?;
+            Ok(Motion::Oscillation { amplitude: Vec3::from(amplitude), frequency })
+        }
+    }
+}
+
+/// All `[[load]]` entries.
+pub fn loads(doc: &Document, tables: &[LoadTable]) -> Result<Vec<Load>, ScenarioError> {
+    let path = KeyPath::from("load");
+    tables.iter().enumerate().map(|(i, t)| load(doc, &path.index(i), t)).collect()
+}
+
+fn load(doc: &Document, path: &KeyPath, table: &LoadTable) -> Result<Load, ScenarioError> {
+    check_keys(doc, path, table)?;
+    let region_there = |t: &RegionTable| region(doc, &path.key("region"), t);
+    let need = |key: &str| missing(doc, path, key, kind_name(table.kind));
+    let surface = || region_there(table.region.as_ref().ok_or_else(|| need("region"))?);
+    let kind = match table.kind {
+        LoadKindName::Traction => LoadKind::Traction {
+            region: surface()?,
+            traction: Vec3::from(table.traction.ok_or_else(|| need("traction"))?),
+        },
+        LoadKindName::Pressure => LoadKind::Pressure {
+            region: surface()?,
+            pressure: table.pressure.ok_or_else(|| need("pressure"))?,
+        },
+        LoadKindName::BodyForce => LoadKind::BodyForce {
+            region: table.region.as_ref().map_or(Ok(Region::All), region_there)?,
+            acceleration: Vec3::from(table.acceleration.ok_or_else(|| need("acceleration"))?),
+        },
+        LoadKindName::Patch => LoadKind::Patch {
+            pressure: table.pressure.ok_or_else(|| need("pressure"))?,
+            centre: match table.centre.ok_or_else(|| need("centre"))? {
+                CentreValue::At(p) => PatchCentre::At(Vec3::from(p)),
+                CentreValue::UpperRight => PatchCentre::UpperRight,
+            },
+            radius: match table.radius {
+                Some(r) => Some(positive(doc, &path.key("radius"), r, "the radius")?),
+                None => None,
+            },
+            direction: direction(
+                doc,
+                &path.key("direction"),
+                table.direction.ok_or_else(|| need("direction"))?,
+                "the direction of the push",
+            )?
+            .normalize(),
+        },
+    };
+    Ok(Load { kind, ramp: ramp(doc, &path.key("ramp"), &table.ramp)? })
+}
+
+/// Refuses keys that belong to another kind of load.
+fn check_keys(doc: &Document, path: &KeyPath, t: &LoadTable) -> Result<(), ScenarioError> {
+    let allowed: &[&str] = match t.kind {
+        LoadKindName::Traction => &["region", "traction"],
+        LoadKindName::Pressure => &["region", "pressure"],
+        LoadKindName::BodyForce => &["region", "acceleration"],
+        LoadKindName::Patch => &["pressure", "centre", "radius", "direction"],
+    };
+    let present = [
+        ("region", t.region.is_some()),
+        ("traction", t.traction.is_some()),
+        ("pressure", t.pressure.is_some()),
+        ("acceleration", t.acceleration.is_some()),
+        ("centre", t.centre.is_some()),
+        ("radius", t.radius.is_some()),
+        ("direction", t.direction.is_some()),
+    ];
+    match present.iter().find(|(key, there)| *there && !allowed.contains(key)) {
+        None => Ok(()),
+        Some((key, _)) => Err(doc.error(
+            &path.key(key),
+            format!("does not belong to a load of kind \"{}\"", kind_name(t.kind)),
+            format!(
+                "such a load takes `{}` and `ramp`: remove the key or change the kind",
+                allowed.join("`, `")
+            ),
+        )),
+    }
+}
+
+fn kind_name(kind: LoadKindName) -> &'static str {
+    match kind {
+        LoadKindName::Traction => "traction",
+        LoadKindName::Pressure => "pressure",
+        LoadKindName::BodyForce => "body_force",
+        LoadKindName::Patch => "patch",
+    }
+}
+
+fn ramp(doc: &Document, path: &KeyPath, table: &RampTable) -> Result<Ramp, ScenarioError> {
+    if table.to < table.from {
+        return Err(doc.error(
+            &path.key("to"),
+            format!("must not be earlier than `from` = {}", table.from),
+            "equal times switch the load on at once",
+        ));
+    }
+    Ok(Ramp { from: table.from, to: table.to })
+}
+
+fn missing(doc: &Document, path: &KeyPath, key: &str, kind: &str) -> ScenarioError {
+    let path = path.key(key);
+    let remedy = crate::scenario::remedy_at(&path);
+    doc.error(&path, format!("missing: kind \"{kind}\" needs it"), remedy)
+}

@@ -1,0 +1,70 @@
+//! Probes: what they read, where, and under which name.
+
+use super::parts::region;
+use crate::scenario::{Document, KeyPath, ProbeTable, ScenarioError};
+use rsph_core::particles::COLUMNS;
+use rsph_core::setup::{Probe, Quantity};
+
+/// All `[[probe]]` entries.
+pub fn probes(doc: &Document, tables: &[ProbeTable]) -> Result<Vec<Probe>, ScenarioError> {
+    let mut headers = vec!["time".to_owned()];
+    let mut probes = Vec::with_capacity(tables.len());
+    for (i, table) in tables.iter().enumerate() {
+        let path = KeyPath::from("probe").index(i);
+        let name = name(doc, &path.key("name"), &table.name)?;
+        let quantity = quantity(doc, &path.key("quantity"), &table.quantity)?;
+        for header in headers_of(&name, quantity) {
+            if headers.contains(&header) {
+                return Err(doc.error(
+                    &path.key("name"),
+                    format!("probes.csv would have two columns named \"{header}\""),
+                    "give every probe a name of its own",
+                ));
+            }
+            headers.push(header);
+        }
+        let region = region(doc, &path.key("region"), &table.region)?;
+        probes.push(Probe { name, quantity, region });
+    }
+    Ok(probes)
+}
+
+fn name(doc: &Document, path: &KeyPath, name: &str) -> Result<String, ScenarioError> {
+    let plain = |c: char| c.is_alphanumeric() || "_-. ".contains(c);
+    if name.trim().is_empty() || name.trim() != name || !name.chars().all(plain) {
+        return Err(doc.error(
+            path,
+            "the name heads a column of probes.csv: letters, digits, `_`, `-`, `.` and inner blanks are allowed, commas are not",
+            "for example `name = \"extension\"`",
+        ));
+    }
+    Ok(name.to_owned())
+}
+
+fn quantity(doc: &Document, path: &KeyPath, text: &str) -> Result<Quantity, ScenarioError> {
+    Quantity::parse(text).ok_or_else(|| {
+        let names: Vec<&str> = COLUMNS.iter().map(|c| c.name).collect();
+        let field = text.split('.').next().unwrap_or_default();
+        let remedy = match COLUMNS.iter().find(|c| c.name == field) {
+            Some(c) if c.components == 1 => format!("`{field}` is a single number: write \"{field}\""),
+            Some(c) => {
+                format!("`{field}` has the components {}", Quantity::suffixes(c.components).join(", "))
+            }
+            None => crate::scenario::suggestion(field, &names).map_or_else(
+                || "for example \"displacement.z\"".into(),
+                |s| format!("did you mean \"{}\"?", text.replacen(field, s, 1)),
+            ),
+        };
+        let problem =
+            format!("unknown quantity; allowed: {}, or a component such as .x or .xy", names.join(", "));
+        doc.error(path, problem, remedy)
+    })
+}
+
+fn headers_of(name: &str, quantity: Quantity) -> Vec<String> {
+    let suffixes = Quantity::suffixes(quantity.field.spec().components);
+    if quantity.component.is_some() || suffixes.is_empty() {
+        return vec![name.to_owned()];
+    }
+    suffixes.iter().map(|s| format!("{name}_{s}")).collect()
+}

@@ -1,0 +1,273 @@
+//! The run loop: from frame to frame, with everything that is seen on the way handed to a sink.
+
+mod folder;
+mod store;
+
+pub use folder::{FolderError, OutputFolder};
+
+use crate::scenario::{LoadedScenario, ScenarioError};
+use crate::sink::{Outcome, RunSink, SinkError, Status};
+use rsph_core::simulation::{Description, Simulation};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// A run records its probes at least this often, or at every step if it has fewer.
+const MIN_SAMPLES: u64 = 1000;
+/// Shortest wall time between two reports of progress.
+const REPORT_INTERVAL: Duration = Duration::from_millis(100);
+
+/// How far a run is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Simulated time.
+    pub time: f64,
+    /// Where it ends.
+    pub until: f64,
+    /// Steps taken.
+    pub step: u64,
+    /// Time steps a second of wall time since the start.
+    pub steps_per_second: f64,
+    /// Particle updates (particles x right-hand sides) a second since the start.
+    pub updates_per_second: f64,
+}
+
+/// Is told how a run goes. Every method may be left as it is.
+pub trait Observer {
+    /// The simulation is built and starts; `notes` are things the user should know.
+    fn started(&mut self, description: &Description, notes: &[String]) {
+        let _ = (description, notes);
+    }
+
+    /// Some steps were taken (called a few times a second).
+    fn progressed(&mut self, progress: &Progress) {
+        let _ = progress;
+    }
+
+    /// The run ended, well or badly; all results are stored.
+    fn finished(&mut self, outcome: &Outcome) {
+        let _ = outcome;
+    }
+}
+
+/// Observes nothing.
+impl Observer for () {}
+
+/// Why a run did not come to an outcome.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The scenario can not be simulated; nothing was written.
+    #[error(transparent)]
+    Scenario(#[from] Box<ScenarioError>),
+    /// The output folder can not be used; nothing was written.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// Results could not be stored.
+    #[error(transparent)]
+    Sink(#[from] SinkError),
+}
+
+impl From<ScenarioError> for RunError {
+    fn from(error: ScenarioError) -> Self {
+        Self::Scenario(Box::new(error))
+    }
+}
+
+/// What a sink needs to know when a run begins.
+#[derive(Debug)]
+pub struct RunStart<'a> {
+    /// The scenario.
+    pub scenario: &'a LoadedScenario,
+    /// The simulation at time 0.
+    pub simulation: &'a Simulation,
+    /// The folder, which exists and can be written.
+    pub folder: &'a Path,
+    /// Notes of the scenario and the simulation.
+    pub notes: &'a [String],
+}
+
+/// Makes the sink of a run, once it is known that the run can begin.
+pub type MakeSink<'a> = dyn FnMut(&RunStart<'_>) -> Result<Box<dyn RunSink>, SinkError> + 'a;
+
+/// Runs `scenario` and stores its results in `folder`: the files of a run's folder.
+///
+/// # Errors
+/// As [`run_with`].
+pub fn run(
+    scenario: &LoadedScenario,
+    folder: &Path,
+    force: bool,
+    observer: &mut dyn Observer,
+    stop: &AtomicBool,
+) -> Result<Outcome, RunError> {
+    run_with(scenario, folder, force, &mut store::open, observer, stop)
+}
+
+/// Runs `scenario` and hands its results to the sink that `make_sink` makes for `folder`. A folder with results is refused unless `force`. Nothing is written before it is known that the
+/// scenario can be simulated.
+///
+/// # Errors
+/// Wrong input, an unusable folder, or results that can not be stored. A simulation that fails is
+/// an [`Outcome`], not an error.
+pub fn run_with(
+    scenario: &LoadedScenario,
+    folder: &Path,
+    force: bool,
+    make_sink: &mut MakeSink<'_>,
+    observer: &mut dyn Observer,
+    stop: &AtomicBool,
+) -> Result<Outcome, RunError> {
+    let output = OutputFolder::new(folder, force)?;
+    let job = scenario.lower()?;
+    let (until, interval) = (job.until, job.frame_interval);
+    let mut simulation = Simulation::new(job.setup).map_err(|e| scenario.document().invalid_input(&e))?;
+    let mut notes = job.notes;
+    notes.extend(simulation.description().notes.iter().cloned());
+    let folder = output.claim()?;
+    let start = RunStart { scenario, simulation: &simulation, folder, notes: &notes };
+    let mut sink = make_sink(&start)?;
+    observer.started(simulation.description(), &notes);
+    Ok(advance(&mut simulation, until, interval, sink.as_mut(), observer, stop)?)
+}
+
+/// Advances `simulation` to `until`, with a frame every `interval`, the first and the last moment
+/// included, until `stop` is set.
+///
+/// # Errors
+/// When the sink can not store a result.
+pub fn advance(
+    simulation: &mut Simulation,
+    until: f64,
+    interval: f64,
+    sink: &mut dyn RunSink,
+    observer: &mut dyn Observer,
+    stop: &AtomicBool,
+) -> Result<Outcome, SinkError> {
+    let start =
+        Start { wall: Instant::now(), step: simulation.step_count(), rhs: simulation.rhs_evaluations() };
+    let stride = sample_stride(until - simulation.time(), simulation.description().dt);
+    let mut last_report = Instant::now();
+    let mut recorder = Recorder { sink, last_sample: None, last_frame: None };
+    recorder.frame(simulation)?;
+    let mut status = Status::Finished;
+    for t in frame_times(simulation.time(), until, interval) {
+        let mut trouble = None;
+        let advanced = simulation.advance_to(t, &mut |s| {
+            // The moment of a frame is sampled with the frame.
+            if s.step_count() % stride == 0 && s.time() < t {
+                trouble = recorder.sample(s).err();
+            }
+            if last_report.elapsed() >= REPORT_INTERVAL {
+                last_report = Instant::now();
+                observer.progressed(&start.progress(s, until));
+            }
+            trouble.is_none() && !stop.load(Ordering::Relaxed)
+        });
+        if let Some(error) = trouble {
+            return Err(error);
+        }
+        recorder.frame(simulation)?;
+        if let Err(failure) = advanced {
+            status = Status::Failed(failure);
+            break;
+        }
+        if stop.load(Ordering::Relaxed) && simulation.time() < until {
+            status = Status::Interrupted;
+            break;
+        }
+    }
+    observer.progressed(&start.progress(simulation, until));
+    let outcome = Outcome {
+        status,
+        wall_seconds: start.wall.elapsed().as_secs_f64(),
+        steps: simulation.step_count() - start.step,
+        rhs_evaluations: simulation.rhs_evaluations() - start.rhs,
+        time: simulation.time(),
+        threads: rayon::current_num_threads(),
+    };
+    recorder.sink.finish(&outcome)?;
+    observer.finished(&outcome);
+    Ok(outcome)
+}
+
+struct Start {
+    wall: Instant,
+    step: u64,
+    rhs: u64,
+}
+
+impl Start {
+    fn progress(&self, s: &Simulation, until: f64) -> Progress {
+        let seconds = self.wall.elapsed().as_secs_f64().max(1e-9);
+        let updates = (s.rhs_evaluations() - self.rhs) as f64 * s.description().particles as f64;
+        Progress {
+            time: s.time(),
+            until,
+            step: s.step_count(),
+            steps_per_second: (s.step_count() - self.step) as f64 / seconds,
+            updates_per_second: updates / seconds,
+        }
+    }
+}
+
+/// Hands moments to the sink, none of them twice.
+struct Recorder<'a> {
+    sink: &'a mut dyn RunSink,
+    last_sample: Option<u64>,
+    last_frame: Option<u64>,
+}
+
+impl Recorder<'_> {
+    fn sample(&mut self, s: &Simulation) -> Result<(), SinkError> {
+        if self.last_sample.replace(s.step_count()) == Some(s.step_count()) {
+            return Ok(());
+        }
+        self.sink.sample(s.time(), &s.readings(), &s.conservation())
+    }
+
+    /// A frame, and a sample with it.
+    fn frame(&mut self, s: &Simulation) -> Result<(), SinkError> {
+        self.sample(s)?;
+        if self.last_frame.replace(s.step_count()) == Some(s.step_count()) {
+            return Ok(());
+        }
+        self.sink.frame(&s.snapshot(), &s.surface(), &s.conservation())
+    }
+}
+
+/// Steps between two samples.
+fn sample_stride(duration: f64, dt: f64) -> u64 {
+    let steps = (duration / dt).ceil();
+    if steps.is_finite() { (steps as u64 / MIN_SAMPLES).max(1) } else { 1 }
+}
+
+/// The moments of the frames after the first: multiples of `interval`, and `until`.
+fn frame_times(from: f64, until: f64, interval: f64) -> impl Iterator<Item = f64> {
+    // A remainder of rounding is no frame of its own.
+    let count = ((until - from) / interval - 1e-9).ceil().max(0.0) as u64;
+    (1..=count).map(move |k| if k == count { until } else { from + k as f64 * interval })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_long_run_still_has_a_thousand_samples() {
+        assert_eq!(sample_stride(3.0, 0.001), 3);
+        assert_eq!(sample_stride(0.5, 0.001), 1);
+        assert_eq!(sample_stride(3.0, 0.0), 1);
+    }
+
+    proptest! {
+        #[test]
+        fn frames_end_at_the_end_and_never_stand_still(until in 1e-3..1e3f64, cut in 1e-3..2.0f64) {
+            let interval = until * cut;
+            let times: Vec<f64> = frame_times(0.0, until, interval).collect();
+            prop_assert_eq!(times.last().copied(), Some(until));
+            prop_assert!(times.windows(2).all(|w| w[1] - w[0] > 1e-10 * until));
+            prop_assert!(times.len() <= (1.0 / cut).ceil() as usize);
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! A scenario that can not be understood or simulated: what, where, and what to do about it.
+
+use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
+use std::fmt;
+use std::ops::Range;
+
+/// Wrong input, with its place in the scenario file (or the `--set` that brought it in).
+#[derive(Clone, Debug)]
+pub struct ScenarioError {
+    /// Dotted key, e.g. `boundary[0].region`; empty if the text as a whole is meant.
+    pub key: String,
+    /// The value as written, if there is one.
+    pub value: Option<String>,
+    /// What is wrong and what is allowed.
+    pub problem: String,
+    /// What to do about it.
+    pub remedy: String,
+    place: Option<Box<Place>>,
+}
+
+#[derive(Clone, Debug)]
+struct Place {
+    source: NamedSource<String>,
+    span: Range<usize>,
+}
+
+impl ScenarioError {
+    /// An error without a place.
+    pub fn new(key: impl Into<String>, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { key: key.into(), value: None, problem: problem.into(), remedy: remedy.into(), place: None }
+    }
+
+    /// A file that can not be read.
+    pub(super) fn unreadable(name: &str, error: &std::io::Error) -> Self {
+        let remedy = match error.kind() {
+            std::io::ErrorKind::NotFound => "check the path; `rsph new > my.toml` writes one to start from",
+            std::io::ErrorKind::InvalidData => "a scenario is a TOML text in UTF-8",
+            _ => "check the path and the permissions",
+        };
+        Self::new("", format!("cannot read the scenario {name}: {error}"), remedy)
+    }
+
+    pub(super) fn with_value(mut self, value: Option<String>) -> Self {
+        self.value = value;
+        self
+    }
+
+    pub(super) fn at(mut self, name: &str, text: &str, span: Range<usize>) -> Self {
+        let end = span.end.min(text.len());
+        let source = NamedSource::new(name, text.to_owned());
+        self.place = Some(Box::new(Place { source, span: span.start.min(end)..end }));
+        self
+    }
+
+    /// File, line and column (from 1), or the `--set`, where it is.
+    pub fn place(&self) -> Option<String> {
+        let place = self.place.as_ref()?;
+        let name = place.source.name();
+        if name.starts_with("--set") {
+            return Some(name.to_owned());
+        }
+        let before = place.source.inner().get(..place.span.start)?;
+        let line = before.matches('\n').count() + 1;
+        let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+        Some(format!("{name}:{line}:{column}"))
+    }
+}
+
+impl fmt::Display for ScenarioError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(place) = self.place() {
+            write!(f, "{place}: ")?;
+        }
+        match (self.key.as_str(), &self.value) {
+            ("", _) => write!(f, "{}", self.problem),
+            (key, Some(value)) => write!(f, "`{key}` = {value}: {}", self.problem),
+            (key, None) => write!(f, "`{key}`: {}", self.problem),
+        }
+    }
+}
+
+impl std::error::Error for ScenarioError {}
+
+impl Diagnostic for ScenarioError {
+    fn severity(&self) -> Option<Severity> {
+        Some(Severity::Error)
+    }
+
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        (!self.remedy.is_empty()).then(|| Box::new(&self.remedy) as Box<dyn fmt::Display>)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.place.as_ref().map(|p| &p.source as &dyn SourceCode)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let place = self.place.as_ref()?;
+        let label = LabeledSpan::new_with_span(Some("here".into()), place.span.clone());
+        Some(Box::new(std::iter::once(label)))
+    }
+}

@@ -1,0 +1,117 @@
+//! Boundaries and loads, as a scenario file writes them.
+//!
+//! The entries of a list are told apart by their `kind`; which other keys belong to a kind is
+//! checked when the tables are lowered, so that a message can name the key and its line.
+
+use super::region::{AxisName, RegionTable};
+use super::values::CentreValue;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// A part of the body that is held or moved.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("allOf" = [
+    {"if": {"properties": {"kind": {"const": "prescribed"}}}, "then": {"required": ["motion"]}},
+    {"if": {"properties": {"kind": {"const": "clamp"}}}, "then": {"properties": {"motion": false}}},
+]))]
+pub struct BoundaryTable {
+    /// What happens there.
+    pub kind: BoundaryKind,
+    /// Where.
+    pub region: RegionTable,
+    /// Components that are held: rollers and symmetry planes hold the normal one. Default: all.
+    pub fix: Option<Vec<AxisName>>,
+    /// How it moves; for kind "prescribed".
+    pub motion: Option<MotionTable>,
+}
+
+/// What happens at a boundary.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum BoundaryKind {
+    /// It does not move.
+    Clamp,
+    /// It moves as told.
+    Prescribed,
+}
+
+/// A motion in time.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum MotionTable {
+    /// Moves by `displacement` between two times, then rests.
+    Ramp {
+        /// Final displacement (m).
+        displacement: [f64; 3],
+        /// Start (s). Default: 0.
+        #[serde(default)]
+        from: f64,
+        /// End (s), after `from`.
+        to: f64,
+    },
+    /// `amplitude sin(2 pi frequency t)`.
+    Oscillation {
+        /// Amplitude of the displacement (m).
+        amplitude: [f64; 3],
+        /// Frequency (Hz).
+        frequency: f64,
+    },
+}
+
+/// A factor that grows linearly from 0 to 1 between two times; a step if they are equal.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RampTable {
+    /// Start (s). Default: 0.
+    #[serde(default)]
+    pub from: f64,
+    /// End (s), not before `from`.
+    pub to: f64,
+}
+
+/// What pushes or pulls the body.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("allOf" = [
+    {"if": {"properties": {"kind": {"const": "traction"}}}, "then": {"required": ["region", "traction"]}},
+    {"if": {"properties": {"kind": {"const": "pressure"}}}, "then": {"required": ["region", "pressure"]}},
+    {"if": {"properties": {"kind": {"const": "body_force"}}}, "then": {"required": ["acceleration"]}},
+    {"if": {"properties": {"kind": {"const": "patch"}}},
+     "then": {"required": ["pressure", "centre", "direction"], "properties": {"region": false}}},
+]))]
+pub struct LoadTable {
+    /// What kind of load.
+    pub kind: LoadKindName,
+    /// Where on the surface (traction, pressure) or in the body (body_force; default: everywhere).
+    pub region: Option<RegionTable>,
+    /// Force per area (Pa), for kind "traction".
+    pub traction: Option<[f64; 3]>,
+    /// Pressure (Pa), positive pushes inward, for kind "pressure"; the peak, for kind "patch".
+    pub pressure: Option<f64>,
+    /// Force per mass (m/s^2), such as gravity, for kind "body_force".
+    pub acceleration: Option<[f64; 3]>,
+    /// Centre of the patch (m), or "upper-right" on an organ, for kind "patch".
+    pub centre: Option<CentreValue>,
+    /// Radius r of exp(-d^2/r^2) (m), for kind "patch". Default: 0.15 of the body's extent in x.
+    pub radius: Option<f64>,
+    /// Direction of the push, for kind "patch"; acts on the surface that faces against it.
+    pub direction: Option<[f64; 3]>,
+    /// Its course in time. Default: at full strength from the start.
+    #[serde(default)]
+    pub ramp: RampTable,
+}
+
+/// A kind of load.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LoadKindName {
+    /// A force per area on part of the surface.
+    Traction,
+    /// A pressure against the outward normal of part of the surface.
+    Pressure,
+    /// A force per mass, such as gravity.
+    BodyForce,
+    /// A smeared local push: `pressure exp(-d^2/radius^2) direction`.
+    Patch,
+}

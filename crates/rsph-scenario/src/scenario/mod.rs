@@ -1,0 +1,95 @@
+//! The scenario file: its tables, its schema, and the way from text to tables.
+
+mod document;
+mod error;
+mod examples;
+mod explain;
+mod keypath;
+mod loads;
+mod material;
+mod overrides;
+mod region;
+mod tables;
+mod values;
+
+pub use document::Document;
+pub use error::ScenarioError;
+pub(crate) use explain::{remedy_at, suggestion};
+pub use keypath::KeyPath;
+pub use loads::{BoundaryKind, BoundaryTable, LoadKindName, LoadTable, MotionTable, RampTable};
+pub use material::MaterialTable;
+pub use region::{AxisName, RegionTable, SideName};
+pub use tables::{
+    BodyTable, FieldTable, FormulationName, InitialTable, Integrator, OrganName, OutputTable, ProbeTable,
+    RemeshKernel, RemeshTable, Scenario, ShapeTable, SolverTable, TimeTable, UnitsName,
+};
+pub use values::{CentreValue, EveryValue, TimeStepValue};
+
+use std::path::{Path, PathBuf};
+
+/// A scenario file read, edited by `--set`, and understood.
+#[derive(Clone, Debug)]
+pub struct LoadedScenario {
+    document: Document,
+    tables: Scenario,
+    base_dir: PathBuf,
+}
+
+impl LoadedScenario {
+    /// Reads the scenario file `path` and applies `sets`, each `key.path=value`.
+    ///
+    /// # Errors
+    /// The first thing in the file or the edits that can not be understood, with its place.
+    pub fn from_file(path: &Path, sets: &[String]) -> Result<Self, ScenarioError> {
+        let name = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|e| ScenarioError::unreadable(&name, &e))?;
+        let base_dir = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        Self::from_text(&name, text, base_dir, sets)
+    }
+
+    /// Understands the scenario `text`; `name` stands in messages for the file, relative mesh
+    /// paths resolve in `base_dir`, and `sets` are edits of the form `key.path=value`.
+    ///
+    /// # Errors
+    /// As [`LoadedScenario::from_file`].
+    pub fn from_text(
+        name: &str,
+        text: String,
+        base_dir: PathBuf,
+        sets: &[String],
+    ) -> Result<Self, ScenarioError> {
+        let document = Document::new(name, text, sets)?;
+        let tables = document.tables()?;
+        Ok(Self { document, tables, base_dir })
+    }
+
+    /// The tables of the scenario.
+    pub fn tables(&self) -> &Scenario {
+        &self.tables
+    }
+
+    /// The text with its places, for messages.
+    pub fn document(&self) -> &Document {
+        &self.document
+    }
+
+    /// The scenario as run, as TOML: the text of the file with the edits in it.
+    pub fn as_run(&self) -> &str {
+        self.document.edited()
+    }
+
+    /// Where relative mesh paths resolve.
+    pub fn base_dir(&self) -> &Path {
+        &self.base_dir
+    }
+
+    /// The title, or the name of the file if it has none.
+    pub fn title(&self) -> &str {
+        if self.tables.title.is_empty() { self.document.name() } else { &self.tables.title }
+    }
+}
+
+/// JSON Schema of the scenario format.
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(Scenario).to_value()
+}

@@ -1,0 +1,269 @@
+//! The tables of a scenario file. Doc comments are the descriptions of the JSON Schema.
+
+use super::loads::{BoundaryTable, LoadTable};
+use super::material::MaterialTable;
+use super::region::{AxisName, RegionTable};
+use super::values::{EveryValue, TimeStepValue};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// A scenario of rsph: a body, its material, what holds and moves it, and how long.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "rsph scenario")]
+pub struct Scenario {
+    /// What this is, for plots and reports.
+    #[serde(default)]
+    pub title: String,
+    /// Unit system of every quantity; labels plots and messages. Default: "SI".
+    #[serde(default)]
+    pub units: UnitsName,
+    /// The body: its shape and how finely it is sampled.
+    pub body: BodyTable,
+    /// What the body is made of.
+    pub material: MaterialTable,
+    /// Initial displacement and velocity. Default: at rest, undeformed.
+    #[serde(default)]
+    pub initial: InitialTable,
+    /// Parts of the body that are held or moved.
+    #[serde(default)]
+    pub boundary: Vec<BoundaryTable>,
+    /// What pushes or pulls the body.
+    #[serde(default)]
+    pub load: Vec<LoadTable>,
+    /// Settings of the spatial discretisation.
+    #[serde(default)]
+    pub solver: SolverTable,
+    /// How time advances.
+    pub time: TimeTable,
+    /// Remeshing: particles are laid anew on a regular lattice.
+    #[serde(default)]
+    pub remesh: RemeshTable,
+    /// What is written, and how often.
+    #[serde(default)]
+    pub output: OutputTable,
+    /// Named readings, columns of probes.csv.
+    #[serde(default)]
+    pub probe: Vec<ProbeTable>,
+}
+
+/// A consistent system of units.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+pub enum UnitsName {
+    /// Metre, kilogram, second, pascal.
+    #[default]
+    #[serde(rename = "SI")]
+    Si,
+    /// Divided by characteristic values.
+    #[serde(rename = "normalised")]
+    Normalised,
+}
+
+/// The body. Exactly one of `spacing` and `particles` says how fine it is.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{"required": ["spacing"]}, {"required": ["particles"]}]))]
+pub struct BodyTable {
+    /// Its shape in the undeformed state.
+    pub shape: ShapeTable,
+    /// Distance dx between particles (m), positive.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub spacing: Option<f64>,
+    /// Number of particles (about); the spacing is found from it.
+    #[schemars(range(min = 1))]
+    pub particles: Option<usize>,
+}
+
+/// The shape of the body.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum ShapeTable {
+    /// An axis-aligned box.
+    Box {
+        /// Edge lengths along x, y, z (m).
+        size: [f64; 3],
+        /// Its lower corner (m). Default: the origin.
+        #[serde(default)]
+        corner: [f64; 3],
+    },
+    /// A sphere.
+    Sphere {
+        /// Radius (m).
+        radius: f64,
+        /// Centre (m). Default: the origin.
+        #[serde(default)]
+        centre: [f64; 3],
+    },
+    /// A circular cylinder.
+    Cylinder {
+        /// Radius (m).
+        radius: f64,
+        /// Height along its axis (m).
+        height: f64,
+        /// Direction of its axis. Default: "z".
+        #[serde(default = "z")]
+        axis: AxisName,
+        /// Centre (m). Default: the origin.
+        #[serde(default)]
+        centre: [f64; 3],
+    },
+    /// An organ that the program builds itself: metres, x from its right end to its left, y up.
+    Organ(OrganName),
+    /// A closed triangle mesh.
+    Mesh {
+        /// STL, OBJ, PLY or GLB file; a relative path starts at the scenario file.
+        path: String,
+        /// Factor from the units of the mesh to those of the scenario (0.001 for a mesh in mm).
+        #[serde(default = "one")]
+        scale: f64,
+    },
+}
+
+fn z() -> AxisName {
+    AxisName::Z
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// A built-in organ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum OrganName {
+    /// An adult's liver: two lobes, a sharp lower edge.
+    Liver,
+    /// An adult's kidney: a bean with a hilum.
+    Kidney,
+}
+
+/// Values at time 0.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct InitialTable {
+    /// Initial displacement u (m).
+    pub displacement: Option<FieldTable>,
+    /// Initial velocity v (m/s).
+    pub velocity: Option<FieldTable>,
+}
+
+/// A vector field over the undeformed body.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum FieldTable {
+    /// The same vector everywhere.
+    Constant([f64; 3]),
+    /// `constant + gradient x`.
+    Affine {
+        /// Value at the origin.
+        #[serde(default)]
+        constant: [f64; 3],
+        /// Gradient matrix; row i is the gradient of component i.
+        gradient: [[f64; 3]; 3],
+    },
+    /// `rate x (x - centre)`: a rotation with that rate vector (an angle vector for displacements).
+    Rotation {
+        /// Rotation vector (rad/s, or rad for displacements).
+        rate: [f64; 3],
+        /// A point of the axis (m). Default: the origin.
+        #[serde(default)]
+        centre: [f64; 3],
+    },
+}
+
+/// The spatial discretisation.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SolverTable {
+    /// Form of the equations of motion. Default: "adjoint".
+    pub formulation: FormulationName,
+    /// Smoothing length h in spacings dx. Default: 1.25.
+    pub smoothing: f64,
+    /// Weight of the hourglass term; 0 switches it off. Default: 0.1.
+    pub hourglass: f64,
+}
+
+impl Default for SolverTable {
+    fn default() -> Self {
+        let core = rsph_core::setup::Solver::default();
+        Self { formulation: FormulationName::default(), smoothing: core.smoothing, hourglass: core.hourglass }
+    }
+}
+
+/// Form of the equations of motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FormulationName {
+    /// Corrected gradient and its exact adjoint: stable.
+    #[default]
+    Adjoint,
+    /// Eqs. (10) to (14) of the paper to the letter: unstable, here for the record.
+    Paper,
+}
+
+/// How time advances.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TimeTable {
+    /// Time integrator. Default: "rk4".
+    #[serde(default)]
+    pub integrator: Integrator,
+    /// Time step (s), or "auto": 0.9 of the stability limit. Default: "auto".
+    #[serde(default)]
+    pub dt: TimeStepValue,
+    /// End of the simulation (s), positive.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub until: f64,
+    /// Run with a time step above the stability limit. Default: false.
+    #[serde(default)]
+    pub allow_unstable: bool,
+}
+
+/// A time integrator.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Integrator {
+    /// The classical Runge-Kutta method of fourth order.
+    #[default]
+    Rk4,
+}
+
+/// Remeshing.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct RemeshTable {
+    /// Steps between remeshings; 0: never; "auto": when the strain asks for it. Default: 0.
+    pub every: EveryValue,
+    /// Interpolation kernel. Default: "m4-prime".
+    pub kernel: RemeshKernel,
+}
+
+/// A remeshing kernel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+pub enum RemeshKernel {
+    /// M4' of Eq. (18).
+    #[default]
+    #[serde(rename = "m4-prime")]
+    M4Prime,
+}
+
+/// What is written.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OutputTable {
+    /// Time between frames (s), positive. Default: a fiftieth of `time.until`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub every: Option<f64>,
+}
+
+/// A named reading: the mean of a quantity over a region, or its value at a point.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ProbeTable {
+    /// Column name in probes.csv; unique, without commas.
+    pub name: String,
+    /// A field or a component of it: "displacement.z", "velocity", "stress.xy", "von_mises".
+    pub quantity: String,
+    /// Where.
+    pub region: RegionTable,
+}
