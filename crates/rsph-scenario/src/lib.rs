@@ -1,1 +1,3 @@
-//! Placeholder.
+//! Scenario files, the run loop and what surrounds a simulation.
+
+pub mod sink;

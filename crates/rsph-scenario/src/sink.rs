@@ -1,0 +1,92 @@
+//! Where a run's results go: the trait between the run loop and whoever writes or keeps them.
+
+use rsph_core::error::Failure;
+use rsph_core::simulation::{Conservation, Reading};
+use rsph_core::snapshot::Snapshot;
+use rsph_core::surface::Surface;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A result that could not be stored.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write {}: {message}", path.display())]
+pub struct SinkError {
+    /// The file or folder that was being written.
+    pub path: PathBuf,
+    /// What went wrong, in words.
+    pub message: String,
+    /// The system's error, if there was one.
+    #[source]
+    pub source: Option<io::Error>,
+}
+
+impl SinkError {
+    /// An error in words.
+    pub fn new(path: impl Into<PathBuf>, message: impl ToString) -> Self {
+        Self { path: path.into(), message: message.to_string(), source: None }
+    }
+
+    /// An error of the system while writing `path`.
+    pub fn io(path: &Path, source: io::Error) -> Self {
+        Self { path: path.into(), message: source.to_string(), source: Some(source) }
+    }
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Status {
+    /// It reached `time.until`.
+    Finished,
+    /// The user stopped it; the last frame is complete.
+    Interrupted,
+    /// It stopped by itself; the frames up to there are complete.
+    Failed(Failure),
+}
+
+/// What a run amounted to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// How it ended.
+    pub status: Status,
+    /// Wall time of the run loop (s).
+    pub wall_seconds: f64,
+    /// Time steps taken.
+    pub steps: u64,
+    /// Right-hand sides evaluated.
+    pub rhs_evaluations: u64,
+    /// Simulated time reached (time unit of the scenario).
+    pub time: f64,
+    /// Threads used.
+    pub threads: usize,
+}
+
+/// Receives the results of a run, in the order of time.
+pub trait RunSink {
+    /// A frame: the first and the last moment, and one every `output.every`.
+    ///
+    /// # Errors
+    /// When it can not be stored.
+    fn frame(
+        &mut self,
+        snapshot: &Snapshot,
+        surface: &Surface,
+        conservation: &Conservation,
+    ) -> Result<(), SinkError>;
+
+    /// The probes' readings at one moment.
+    ///
+    /// # Errors
+    /// When they can not be stored.
+    fn sample(
+        &mut self,
+        time: f64,
+        readings: &[Reading],
+        conservation: &Conservation,
+    ) -> Result<(), SinkError>;
+
+    /// The end of the run, good or bad: closes everything.
+    ///
+    /// # Errors
+    /// When the rest can not be stored.
+    fn finish(&mut self, outcome: &Outcome) -> Result<(), SinkError>;
+}
