@@ -1,0 +1,4 @@
+//! A run's folder.
+
+pub mod polydata;
+pub mod vtkhdf;
