@@ -3,6 +3,7 @@
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, MietteDiagnostic, Severity};
 use rsph_core::error::Failure;
 use rsph_scenario::mesh_io::MeshError;
+use rsph_scenario::output::vtkhdf::VtkHdfError;
 use rsph_scenario::run::RunError;
 use rsph_scenario::scenario::ScenarioError;
 use std::io::{IsTerminal, Write};
@@ -40,6 +41,11 @@ impl Trouble {
     /// A mesh that can not be read or written.
     pub fn mesh(error: &MeshError) -> Self {
         Self::input(format!("{}: {}", error.path().display(), error.problem()), error.remedy())
+    }
+
+    /// A results file that can not be read.
+    pub fn results(error: &VtkHdfError) -> Self {
+        Self::input(error.to_string(), &error.remedy)
     }
 
     /// The system failed: what happened, and what to do.
