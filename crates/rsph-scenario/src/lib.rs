@@ -1,1 +1,3 @@
-//! Placeholder.
+//! Scenario files, mesh readers, output writers and the run loop.
+
+pub mod mesh_io;
