@@ -165,6 +165,8 @@
       y: { up: { x: 0, y: 1, z: 0 }, eye: { x: 0.6, y: 0.7, z: -1.8 } },
       z: { up: { x: 0, y: 0, z: 1 }, eye: { x: 1.35, y: -1.5, z: 0.75 }, center: { x: 0, y: 0, z: -0.1 } },
     };
+    const poseOf = (up) => ({ camera: cameras[up], dragmode: up === "z" ? "turntable" : "orbit" });
+    let pose = poseOf(data.up);
     function trace() {
       const f = frames[state.frame], x = still[f.mesh], u = f.u ? f.u.map(numbers) : null;
       const place = (c) => (u ? x[c].map((v, i) => v + state.factor * u[c][i]) : x[c]);
@@ -178,7 +180,7 @@
           ? { title: { text: label + unit, side: "top" }, orientation: "h", y: -0.02, yanchor: "top", thickness: 12, nticks: 5, exponentformat: "power" }
           : { title: { text: label + unit, side: "right" }, thickness: 16, len: 0.85, exponentformat: "power" } };
     }
-    const layout = () => ({ font, margin: { l: 0, r: 0, t: 0, b: narrow() ? 70 : 0 }, uirevision: state.up, scene: { ...scene(), camera: cameras[state.up], uirevision: state.up } });
+    const layout = () => ({ font, margin: { l: 0, r: 0, t: 0, b: narrow() ? 70 : 0 }, scene: { ...scene(), ...pose } });
     function draw() {
       Plotly.react("view", [trace()], layout(), { ...config, displayModeBar: true });
       id("time").textContent = "t = " + show(frames[state.frame].time) + data.time_unit.replace(/[[\]]/g, "");
@@ -188,6 +190,8 @@
       const largestText = largest > 0 ? "Largest displacement of the run: " + show(largest) + data.length_unit.replace(/[[\]]/g, "") + ". " : "";
       id("range").textContent = largestText + "Drawn displacement: " + show(state.factor) + " × the computed one (0: undeformed, 1: true). One range of colours for all frames, without the outermost 0.5 % of the values.";
     }
+    // Whoever turned the view keeps it that way from frame to frame.
+    const keep = () => { const { camera, dragmode } = id("view").layout.scene; pose = { camera, dragmode }; };
     let waiting = false;
     function update(change) {
       Object.assign(state, change);
@@ -202,7 +206,7 @@
     id("up").value = data.up;
     id("field").onchange = (e) => update({ field: fields[e.target.value] });
     id("map").onchange = (e) => update({ map: e.target.value });
-    id("up").onchange = (e) => update({ up: e.target.value });
+    id("up").onchange = (e) => { pose = poseOf(e.target.value); update({ up: e.target.value }); };
     id("frame").oninput = (e) => update({ frame: Number(e.target.value) });
     id("factor").oninput = (e) => update({ factor: Number(e.target.value) });
     id("exact").onchange = (e) => { if (Number(e.target.value) >= 0) update({ factor: Number(e.target.value) }); };
@@ -215,6 +219,7 @@
     };
     id("controls").hidden = false;
     draw();
+    id("view").on("plotly_relayout", keep);
   }
 
   drawProbes();
