@@ -4,8 +4,9 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use rsph_scenario::output::RunWriters;
+use rsph_scenario::output::{RunWriters, polydata::PolyData, vtp};
 use rsph_scenario::sink::{RunSink, SinkError, Status};
+use std::path::Path;
 
 fn main() -> Result<(), SinkError> {
     let mut arguments = std::env::args().skip(1);
@@ -24,5 +25,7 @@ fn main() -> Result<(), SinkError> {
         writers.frame(&snapshot, &common::surface(t, rings), &common::conservation(t))?;
     }
     let status = if failed { Status::Failed(common::failure()) } else { Status::Finished };
-    writers.finish(&common::outcome(status))
+    writers.finish(&common::outcome(status))?;
+    let last = PolyData::from_surface(3.0, &common::surface(3.0, 36));
+    vtp::write(&Path::new(&folder).join("surface.vtp"), &last)
 }

@@ -87,7 +87,7 @@ impl Frames {
         let frame = Frame {
             time,
             mesh: self.mesh(reference, &surface.mesh.triangles),
-            u: u.map(|u| pack(u)),
+            u: u.map(pack),
             scalars: SCALARS
                 .into_iter()
                 .filter_map(|name| Some((name, Packed::new(field(name, 1)?.iter().copied()))))

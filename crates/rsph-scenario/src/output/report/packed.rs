@@ -44,6 +44,7 @@ pub fn six_digits(x: f64) -> f64 {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp, reason = "rounded numbers are exact")]
 mod tests {
     use super::*;
 

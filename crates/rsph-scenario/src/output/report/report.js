@@ -2,7 +2,7 @@
 (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
   const id = (name) => document.getElementById(name);
-  const config = { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["sendDataToCloud"] };
+  const config = { responsive: true, displaylogo: false, displayModeBar: false };
   const font = { family: "system-ui, 'Segoe UI', 'Liberation Sans', Arial, sans-serif", size: 13, color: "#1a1a1a" };
   // Dark colours and different dashes: the curves can be told apart without colour.
   const inks = ["#000000", "#0072b2", "#d55e00", "#009e73", "#8a3d7a", "#7a6a00"];
@@ -14,7 +14,7 @@
   const curve = (name, y, i, more) =>
     ({ type: "scatter", mode: "lines", name, x: data.curves.time, y, line: { color: inks[i % 6], dash: dashes[i % 6], width: 2 }, ...more });
   const axes = (title, more) => ({
-    font, margin: { l: 75, r: 15, t: 30, b: 50 }, paper_bgcolor: "#fff", plot_bgcolor: "#fff",
+    font, margin: { l: 85, r: 15, t: 50, b: 50 }, paper_bgcolor: "#fff", plot_bgcolor: "#fff",
     showlegend: true, legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom" },
     xaxis: { title: { text: "time" + data.time_unit }, gridcolor: "#e4e4e4", linecolor: "#888", zeroline: false, ticks: "outside" },
     yaxis: { title: { text: title }, gridcolor: "#e4e4e4", linecolor: "#888", zerolinecolor: "#aaa", exponentformat: "power", ticks: "outside", ...more },
@@ -51,7 +51,7 @@
     const exact = (v) => (v.every((x) => x === null) ? " (exactly 0)" : "");
     Plotly.newPlot("errors", [
       curve("momentum" + exact(momentum), momentum, 0), curve("mass" + exact(mass), mass, 1),
-    ], axes("relative error", { type: "log", range: logRange([...momentum, ...mass]) }), config);
+    ], axes("relative error", { type: "log", dtick: 1, range: logRange([...momentum, ...mass]) }), config);
   }
 
   /// Whole powers of ten around the values, at least two of them.
@@ -159,11 +159,14 @@
         aspectratio: { x: spans[0] / longest, y: spans[1] / longest, z: spans[2] / longest },
       };
     }
+    const narrow = () => window.innerWidth < 640;
     const cameras = {
-      x: { up: { x: 1, y: 0, z: 0 }, eye: { x: 0.6, y: 1.1, z: 1.2 } },
-      y: { up: { x: 0, y: 1, z: 0 }, eye: { x: 0.45, y: 0.55, z: -1.45 } },
-      z: { up: { x: 0, y: 0, z: 1 }, eye: { x: 1.1, y: -1.2, z: 0.6 } },
+      x: { up: { x: 1, y: 0, z: 0 }, eye: { x: 0.8, y: 1.3, z: 1.4 } },
+      y: { up: { x: 0, y: 1, z: 0 }, eye: { x: 0.6, y: 0.7, z: -1.8 } },
+      z: { up: { x: 0, y: 0, z: 1 }, eye: { x: 1.35, y: -1.5, z: 0.75 }, center: { x: 0, y: 0, z: -0.1 } },
     };
+    const poseOf = (up) => ({ camera: cameras[up], dragmode: up === "z" ? "turntable" : "orbit" });
+    let pose = poseOf(data.up);
     function trace() {
       const f = frames[state.frame], x = still[f.mesh], u = f.u ? f.u.map(numbers) : null;
       const place = (c) => (u ? x[c].map((v, i) => v + state.factor * u[c][i]) : x[c]);
@@ -173,11 +176,13 @@
       const [key, label, unit, symmetric] = state.field, [cmin, cmax] = range(key, symmetric), v = values(f, key);
       return { ...t, intensity: v, cmin, cmax, colorscale: maps[state.map],
         hovertext: Array.from(v, (x) => label + unit + ": " + show(x)), hoverinfo: "x+y+z+text",
-        colorbar: { title: { text: label + unit, side: "right" }, thickness: 16, len: 0.85, exponentformat: "power" } };
+        colorbar: narrow()
+          ? { title: { text: label + unit, side: "top" }, orientation: "h", y: -0.02, yanchor: "top", thickness: 12, nticks: 5, exponentformat: "power" }
+          : { title: { text: label + unit, side: "right" }, thickness: 16, len: 0.85, exponentformat: "power" } };
     }
-    const layout = () => ({ font, margin: { l: 0, r: 0, t: 0, b: 0 }, uirevision: state.up, scene: { ...scene(), camera: cameras[state.up], uirevision: state.up } });
+    const layout = () => ({ font, margin: { l: 0, r: 0, t: 0, b: narrow() ? 70 : 0 }, scene: { ...scene(), ...pose } });
     function draw() {
-      Plotly.react("view", [trace()], layout(), config);
+      Plotly.react("view", [trace()], layout(), { ...config, displayModeBar: true });
       id("time").textContent = "t = " + show(frames[state.frame].time) + data.time_unit.replace(/[[\]]/g, "");
       id("frame").value = state.frame;
       id("factor").value = Math.min(state.factor, Number(id("factor").max));
@@ -185,6 +190,8 @@
       const largestText = largest > 0 ? "Largest displacement of the run: " + show(largest) + data.length_unit.replace(/[[\]]/g, "") + ". " : "";
       id("range").textContent = largestText + "Drawn displacement: " + show(state.factor) + " × the computed one (0: undeformed, 1: true). One range of colours for all frames, without the outermost 0.5 % of the values.";
     }
+    // Whoever turned the view keeps it that way from frame to frame.
+    const keep = () => { const { camera, dragmode } = id("view").layout.scene; pose = { camera, dragmode }; };
     let waiting = false;
     function update(change) {
       Object.assign(state, change);
@@ -199,7 +206,7 @@
     id("up").value = data.up;
     id("field").onchange = (e) => update({ field: fields[e.target.value] });
     id("map").onchange = (e) => update({ map: e.target.value });
-    id("up").onchange = (e) => update({ up: e.target.value });
+    id("up").onchange = (e) => { pose = poseOf(e.target.value); update({ up: e.target.value }); };
     id("frame").oninput = (e) => update({ frame: Number(e.target.value) });
     id("factor").oninput = (e) => update({ factor: Number(e.target.value) });
     id("exact").onchange = (e) => { if (Number(e.target.value) >= 0) update({ factor: Number(e.target.value) }); };
@@ -212,6 +219,7 @@
     };
     id("controls").hidden = false;
     draw();
+    id("view").on("plotly_relayout", keep);
   }
 
   drawProbes();

@@ -141,8 +141,8 @@ pub fn notes(s: &Summary) -> String {
     if s.notes.is_empty() {
         return "<p>None.</p>".to_owned();
     }
-    let items: String = s.notes.iter().map(|n| format!("<li>{}</li>", escape(n))).collect();
-    format!("<ul>{items}</ul>")
+    let items: Vec<_> = s.notes.iter().map(|n| escape(n)).collect();
+    format!("<ul><li>{}</li></ul>", items.join("</li><li>"))
 }
 
 /// Escaped, and `10^-3` as a power. Only numbers of this program have that form.
