@@ -43,9 +43,10 @@ fn results(path: &Path) -> Result<String, Trouble> {
     }
     for (name, counts) in [("points", &info.points), ("triangles", &info.polygons)] {
         let (least, most) = (counts.iter().min().unwrap_or(&0), counts.iter().max().unwrap_or(&0));
-        let _ = match least == most {
-            true => writeln!(text, "{name}: {most}"),
-            false => writeln!(text, "{name}: {least} to {most}"),
+        let _ = if least == most {
+            writeln!(text, "{name}: {most}")
+        } else {
+            writeln!(text, "{name}: {least} to {most}")
         };
     }
     for field in &info.fields {

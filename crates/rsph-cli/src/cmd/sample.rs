@@ -23,13 +23,19 @@ pub struct Arguments {
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
     /// Distance between particles, in the units of the mesh times the scale
-    #[arg(long, value_name = "S", required_unless_present = "particles", conflicts_with = "particles")]
+    #[arg(
+        long,
+        value_name = "S",
+        allow_negative_numbers = true,
+        required_unless_present = "particles",
+        conflicts_with = "particles"
+    )]
     spacing: Option<f64>,
     /// Number of particles (about)
     #[arg(long, value_name = "N")]
     particles: Option<usize>,
     /// Factor on the mesh's coordinates (0.001: millimetres to metres)
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]
     scale: f64,
     /// Write the particles to this CSV file: x, y, z, volume, level_set
     #[arg(short, long, value_name = "FILE")]
