@@ -16,7 +16,7 @@ fn cube(n: usize, smoothing: f64) -> Simulation {
     let face = |at, side| Region::Plane { axis: Axis::Z, at, side };
     Simulation::new(Setup {
         units: Units::Normalised,
-        shape: Arc::new(BoxShape::new(Vec3::zeros(), Vec3::repeat(1.0)).expect("a unit cube")),
+        shape: Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).expect("a unit cube")),
         resolution: Resolution::Spacing(1.0 / n as f64),
         material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).expect("liver")),
         initial: Initial::default(),

@@ -47,15 +47,18 @@ impl Watch {
     ) -> Result<(), Failure> {
         let u = particles.column(Field::Displacement);
         let n = particles.len();
+        let remedy = if dynamics.is_stable() {
+            "take `time.dt = \"auto\"`, and check the loads against the stiffness of the material"
+        } else {
+            "this formulation is unstable by itself: take `solver.formulation = \"adjoint\"`"
+        };
         let fail = |kind, what: String, a: Option<usize>| Failure {
             kind,
             time,
             step,
             what,
             place: a.map(|a| particles.column(Field::Reference).vector(a)),
-            remedy: "take `time.dt = \"auto\"`, check the loads against the stiffness, and use \
-                     `solver.formulation = \"adjoint\"`"
-                .into(),
+            remedy: remedy.into(),
         };
         for field in dynamics.integrated() {
             let column = particles.column(*field);

@@ -224,7 +224,8 @@ impl Elastic {
                 * (self.hourglass * m.volume * v_b * ghost.w);
             f += image;
             wall += image + t_a * ghost.x * (v_b * ghost.w) + spring * 2.0;
-            power +=
+            // The wall holds against the force on the ghost, and works when the ghost moves.
+            power -=
                 ghost.sign.component_mul(&(image + spring)).dot(&self.work.offset_rate[ghost.group as usize]);
         }
         (f, wall, power)
@@ -389,7 +390,13 @@ impl Dynamics for Elastic {
             out[0] = m.volume * (strain_energy + 0.5 * kappa * residual);
             out
         });
-        let elastic = self.gather_pair(1).iter().sum();
+        let stride = self.lattice.stride;
+        let elastic = (0..n)
+            .map(|a| {
+                let (row, x) = self.lattice.row_and_x(a);
+                self.work.pair[row * PAIR_COMPONENTS * stride + x]
+            })
+            .sum();
         let kinetic = (0..n).map(|a| 0.5 * self.mass[a] * v.vector(a).norm_squared()).sum();
         Energy { kinetic, elastic }
     }

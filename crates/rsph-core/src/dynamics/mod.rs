@@ -44,6 +44,11 @@ pub trait Dynamics: std::fmt::Debug + Send + Sync {
     /// The columns that are integrated in time.
     fn integrated(&self) -> &'static [Field];
 
+    /// Whether it stays bounded at a time step below its limit.
+    fn is_stable(&self) -> bool {
+        true
+    }
+
     /// Rates of change of the integrated columns at time `t`, in the order of
     /// [`Dynamics::integrated`].
     fn rates(&mut self, t: f64, particles: &Particles, rates: &mut [Column]) -> ForceSums;

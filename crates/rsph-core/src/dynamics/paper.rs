@@ -109,6 +109,10 @@ impl Dynamics for Paper {
         &[Field::Displacement, Field::Velocity, Field::Density, Field::Strain]
     }
 
+    fn is_stable(&self) -> bool {
+        false
+    }
+
     fn rates(&mut self, t: f64, particles: &Particles, rates: &mut [Column]) -> ForceSums {
         let n = self.mass.len();
         self.place(particles);

@@ -1,0 +1,259 @@
+//! Whole simulations against exact answers, and what must hold in every one of them.
+
+use rsph_core::boundary::load::{LoadedBody, nodal_loads};
+use rsph_core::error::FailureKind;
+use rsph_core::material::KelvinVoigt;
+use rsph_core::mls::PointWeights;
+use rsph_core::particles::Field;
+use rsph_core::region::{Axis, Region, Side};
+use rsph_core::sample::{Resolution, sample};
+use rsph_core::setup::{
+    Boundary, Formulation, Initial, Load, LoadKind, Motion, PatchCentre, Probe, Quantity, Ramp, Setup,
+    Solver, TimeStep, Units, VectorField,
+};
+use rsph_core::shape::{BoxShape, Shape, SphereShape, organ};
+use rsph_core::simulation::Simulation;
+use rsph_core::tensor::Vec3;
+use std::sync::Arc;
+
+fn plane(axis: Axis, at: f64, side: Side) -> Region {
+    Region::Plane { axis, at, side }
+}
+
+fn clamp(region: Region) -> Boundary {
+    Boundary { region, fix: [true; 3], motion: None }
+}
+
+/// A body of the paper's liver (E = 100, T = 0.2) without boundaries or loads.
+fn setup(shape: impl Shape + 'static, resolution: Resolution, nu: f64) -> Setup {
+    Setup {
+        units: Units::Normalised,
+        shape: Arc::new(shape),
+        resolution,
+        material: Arc::new(KelvinVoigt::new(1.0, 100.0, nu, 0.2).unwrap()),
+        initial: Initial::default(),
+        boundaries: Vec::new(),
+        loads: Vec::new(),
+        solver: Solver::default(),
+        time_step: TimeStep::Auto,
+        allow_unstable: false,
+        probes: Vec::new(),
+    }
+}
+
+fn unit_cube() -> BoxShape {
+    BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap()
+}
+
+fn advance(simulation: &mut Simulation, t: f64) {
+    simulation.advance_to(t, &mut |_| true).unwrap();
+}
+
+#[test]
+fn a_moved_plate_strains_a_bar_uniformly() {
+    let mut s = setup(unit_cube(), Resolution::Particles(343), 0.0);
+    s.boundaries = vec![
+        clamp(plane(Axis::Z, 0.0, Side::Below)),
+        Boundary {
+            region: plane(Axis::Z, 1.0, Side::Above),
+            fix: [true; 3],
+            motion: Some(Motion::Ramp { displacement: Vec3::z() * 0.01, ramp: Ramp { from: 0.0, to: 1.0 } }),
+        },
+    ];
+    let mut simulation = Simulation::new(s).unwrap();
+    advance(&mut simulation, 4.0);
+    let snapshot = simulation.snapshot();
+    for e in snapshot.column(Field::Strain).component(2) {
+        assert!((e - 0.01).abs() < 1e-6, "strain {e}");
+    }
+    let sums = simulation.conservation();
+    // Elastic energy E e^2 / 2 of the unit cube; the rest of the work went into the viscosity.
+    assert!((sums.elastic_energy - 0.5 * 100.0 * 1e-4).abs() < 1e-6, "{}", sums.elastic_energy);
+    assert!(sums.dissipated > 0.0 && sums.external_work > sums.elastic_energy);
+    assert!(sums.momentum_error < 1e-11, "{}", sums.momentum_error);
+}
+
+/// Mean strain inside a ball under unit pressure over the exact -(1 - 2 nu) p / E, less 1.
+fn ball_error(spacing: f64, smoothing: f64) -> f64 {
+    let mut s = setup(SphereShape::new(0.5, Vec3::zeros()).unwrap(), Resolution::Spacing(spacing), 0.3);
+    s.solver.smoothing = smoothing;
+    s.loads =
+        vec![Load { kind: LoadKind::Pressure { region: Region::All, pressure: 1.0 }, ramp: Ramp::default() }];
+    s.probes = vec![Probe {
+        name: "strain".into(),
+        quantity: Quantity::parse("strain.xx").unwrap(),
+        region: Region::Ball { centre: Vec3::zeros(), radius: 0.3 },
+    }];
+    let mut simulation = Simulation::new(s).unwrap();
+    advance(&mut simulation, 1.5);
+    let exact = -(1.0 - 2.0 * 0.3) / 100.0;
+    simulation.readings()[0].value / exact - 1.0
+}
+
+#[test]
+fn pressure_on_a_ball_compresses_it_like_the_exact_solution() {
+    // The shorter kernel spreads the load over a thinner skin. (At h = 1.25 dx: -15 % and -2.2 % at
+    // spacings of 0.1 and 0.05.)
+    let (coarse, fine) = (ball_error(0.1, 0.8), ball_error(0.07, 0.8));
+    assert!(coarse.abs() < 0.07, "ten particles across: {coarse}");
+    assert!(fine.abs() < 0.5 * coarse.abs(), "fourteen particles across: {fine}");
+}
+
+#[test]
+fn a_roller_bar_contracts_sideways_freely() {
+    // Symmetry planes on three faces: uniaxial stress is exact, e_zz = p/E, e_xx = -nu p/E.
+    let mut s = setup(unit_cube(), Resolution::Particles(343), 0.3);
+    let roller = |axis: Axis| Boundary {
+        region: plane(axis, 0.0, Side::Below),
+        fix: std::array::from_fn(|i| i == axis as usize),
+        motion: None,
+    };
+    s.boundaries = vec![roller(Axis::X), roller(Axis::Y), roller(Axis::Z)];
+    s.loads = vec![Load {
+        kind: LoadKind::Traction { region: plane(Axis::Z, 1.0, Side::Above), traction: Vec3::z() },
+        ramp: Ramp::default(),
+    }];
+    let mut simulation = Simulation::new(s).unwrap();
+    advance(&mut simulation, 4.0);
+    let snapshot = simulation.snapshot();
+    let strain = snapshot.column(Field::Strain);
+    for a in 0..snapshot.len() {
+        assert!((strain.component(2)[a] - 0.01).abs() < 2e-5, "e_zz {}", strain.component(2)[a]);
+        assert!((strain.component(0)[a] + 0.003).abs() < 2e-5, "e_xx {}", strain.component(0)[a]);
+    }
+}
+
+#[test]
+fn loads_on_a_curved_organ_keep_force_and_moment() {
+    let liver = organ("liver").unwrap();
+    let body = sample(&liver, Resolution::Particles(1000), &[]).unwrap();
+    let dx = body.grid.spacing;
+    let positions: Vec<Vec3> = body.cells.iter().map(|c| body.grid.centre(*c)).collect();
+    let lattice = rsph_core::lattice::Lattice::new(&body.grid, &body.cells, 1.25);
+    let weights = |points: &[Vec3]| PointWeights::new(&lattice, &body.grid.origin, &positions, points);
+    let mass = vec![1.0; positions.len()];
+    let loaded = LoadedBody {
+        shape: &liver,
+        mass: &mass,
+        positions: &positions,
+        area_vectors: &[],
+        spacing: dx,
+        smoothing_length: 1.25 * dx,
+        tolerance: 1e-3 * dx,
+    };
+    let ramp = Ramp::default();
+    let patch = LoadKind::Patch {
+        pressure: 270.0,
+        centre: PatchCentre::UpperRight,
+        radius: None,
+        direction: -Vec3::y(),
+    };
+    let pressure = LoadKind::Pressure { region: Region::All, pressure: 100.0 };
+    let loads = nodal_loads(&[Load { kind: patch, ramp }, Load { kind: pressure, ramp }], &loaded, weights);
+    let loads = loads.unwrap();
+    // The same quadrature, summed without particles.
+    let points = rsph_core::boundary::surface_load::quadrature(liver.surface(), 0.5 * dx);
+    let patch = rsph_core::boundary::patch::Patch::on(
+        liver.surface(),
+        270.0,
+        &PatchCentre::UpperRight,
+        None,
+        &-Vec3::y(),
+    );
+    let n = positions.len();
+    for (i, load) in loads.iter().enumerate() {
+        let (mut force, mut moment, mut scale) = (Vec3::zeros(), Vec3::zeros(), 0.0);
+        for p in &points {
+            let f = p.area * if i == 0 { patch.traction(p) } else { -100.0 * p.normal };
+            force += f;
+            moment += p.x.cross(&f);
+            scale += f.norm();
+        }
+        let at = |a: usize| Vec3::from_fn(|c, _| load.force[c * n + a]);
+        let total: Vec3 = (0..n).map(at).sum();
+        let turning: Vec3 = (0..n).map(|a| positions[a].cross(&at(a))).sum();
+        assert!((total - force).norm() < 1e-12 * scale, "force of load {i}");
+        assert!((turning - moment).norm() < 1e-12 * scale, "moment of load {i}");
+    }
+}
+
+#[test]
+fn the_result_is_the_same_on_one_thread_and_on_two() {
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let mut s = setup(organ("liver").unwrap(), Resolution::Particles(2500), 0.3);
+            s.boundaries = vec![clamp(plane(Axis::Y, -0.05, Side::Below))];
+            s.loads = vec![Load {
+                kind: LoadKind::Patch {
+                    pressure: 0.3,
+                    centre: PatchCentre::UpperRight,
+                    radius: None,
+                    direction: -Vec3::y(),
+                },
+                ramp: Ramp::default(),
+            }];
+            let mut simulation = Simulation::new(s).unwrap();
+            for _ in 0..25 {
+                simulation.step().unwrap();
+            }
+            let snapshot = simulation.snapshot();
+            let columns: Vec<f64> =
+                snapshot.columns().flat_map(|(_, c)| c.values().iter().copied()).collect();
+            (columns, simulation.conservation())
+        })
+    };
+    let (one, two) = (run(1), run(2));
+    assert!(one == two, "bitwise equal columns and sums");
+}
+
+#[test]
+fn the_literal_scheme_blows_up_and_says_so() {
+    let mut s = setup(unit_cube(), Resolution::Particles(343), 0.3);
+    s.boundaries = vec![clamp(plane(Axis::Z, 0.0, Side::Below))];
+    s.loads = vec![Load {
+        kind: LoadKind::Traction { region: plane(Axis::Z, 1.0, Side::Above), traction: Vec3::z() },
+        ramp: Ramp::default(),
+    }];
+    s.solver.formulation = Formulation::Paper;
+    s.time_step = TimeStep::Fixed(0.001);
+    let mut simulation = Simulation::new(s).unwrap();
+    let failure = simulation.advance_to(1.0, &mut |_| true).unwrap_err();
+    assert_eq!(failure.kind, FailureKind::Unstable);
+    assert!(failure.time > 0.1 && failure.time < 0.6, "at t = {}", failure.time);
+    // The last good state is kept.
+    assert!(simulation.time() < failure.time);
+    assert!(simulation.particles().column(Field::Displacement).values().iter().all(|u| u.is_finite()));
+}
+
+#[test]
+fn a_step_above_the_limit_is_refused_with_the_limit() {
+    let mut s = setup(unit_cube(), Resolution::Particles(343), 0.3);
+    s.boundaries = vec![clamp(plane(Axis::Z, 0.0, Side::Below))];
+    s.time_step = TimeStep::Fixed(0.002);
+    let error = Simulation::new(s.clone()).unwrap_err();
+    assert_eq!(error.key, "time.dt");
+    assert!(error.problem.contains("1.01") && error.problem.contains("viscosity"), "{}", error.problem);
+    s.allow_unstable = true;
+    s.initial.velocity = VectorField::Constant(Vec3::new(0.0, 0.0, 0.1));
+    let mut simulation = Simulation::new(s).unwrap();
+    let failure = simulation.advance_to(10.0, &mut |_| true).unwrap_err();
+    assert!(failure.time < 1.0, "caught at t = {}", failure.time);
+}
+
+#[test]
+fn regions_that_hold_nothing_are_named() {
+    let far = Region::Ball { centre: Vec3::repeat(5.0), radius: 0.1 };
+    let mut s = setup(unit_cube(), Resolution::Particles(125), 0.3);
+    s.boundaries = vec![clamp(plane(Axis::Z, 0.0, Side::Below)), clamp(far.clone())];
+    assert_eq!(Simulation::new(s.clone()).unwrap_err().key, "boundary[1].region");
+    s.boundaries.pop();
+    s.loads = vec![Load {
+        kind: LoadKind::Traction { region: far.clone(), traction: Vec3::z() },
+        ramp: Ramp::default(),
+    }];
+    assert_eq!(Simulation::new(s.clone()).unwrap_err().key, "load[0]");
+    s.loads.clear();
+    s.probes = vec![Probe { name: "p".into(), quantity: Quantity::parse("velocity").unwrap(), region: far }];
+    assert_eq!(Simulation::new(s).unwrap_err().key, "probe[0].region");
+}
