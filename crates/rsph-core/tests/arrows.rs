@@ -102,13 +102,11 @@ fn use_tree<'a>(text: &'a str, prefix: &[String], found: &mut BTreeSet<String>) 
     if name != "self" && !name.is_empty() {
         path.push(name.to_owned());
     }
-    match rest.strip_prefix("::") {
-        Some(rest) => use_tree(rest, &path, found),
-        None => {
-            found.insert(path.join("::"));
-            rest
-        }
+    if let Some(rest) = rest.strip_prefix("::") {
+        return use_tree(rest, &path, found);
     }
+    found.insert(path.join("::"));
+    rest
 }
 
 fn top(path: &str) -> &str {

@@ -68,7 +68,7 @@ fn a_free_body_falls_as_a_point_does() {
         assert!((v - (v_0 + t * g)).norm() < 1e-11);
     }
     assert!(snapshot.column(Field::Strain).values().iter().all(|e| e.abs() < 1e-12));
-    assert_eq!(cube.conservation().mass_error, 0.0);
+    assert!(cube.conservation().mass_error < 1e-15);
 }
 
 #[test]
