@@ -9,10 +9,10 @@ mod error {
 mod tensor {
     pub use rsph_core::tensor::{SymTensor, Vec3};
 }
+#[path = "../../../docs/examples"]
 mod material {
     pub use rsph_core::material::{KelvinVoigt, Material, Model, Parameter};
 
-    #[path = "../../../../../docs/examples/fibre_reinforced.rs"]
     mod fibre_reinforced;
 
     /// The line of the registry.
@@ -35,7 +35,8 @@ fn the_registry_builds_the_example() {
     assert_eq!(model.parameters.len(), values.len());
     let solid = (model.build)(&values).unwrap();
     let plain = material::KelvinVoigt::new(1000.0, 1e5, 0.3, 0.2).unwrap();
-    let (across, along) = (SymTensor([0.01, 0.0, 0.0, 0.0, 0.0, 0.0]), SymTensor([0.0, 0.0, 0.01, 0.0, 0.0, 0.0]));
+    let (across, along) =
+        (SymTensor([0.01, 0.0, 0.0, 0.0, 0.0, 0.0]), SymTensor([0.0, 0.0, 0.01, 0.0, 0.0, 0.0]));
     let by = |e: SymTensor| solid.stress(e).0[2] - material::Material::stress(&plain, e).0[2];
     assert!(by(across).abs() < 1e-9, "fibres along z do not feel a strain across");
     assert!((by(along) - 5e3).abs() < 1e-6);

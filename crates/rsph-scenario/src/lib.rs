@@ -2,6 +2,7 @@
 
 mod lower;
 pub mod mesh_io;
+pub mod output;
 pub mod run;
 pub mod scenario;
 mod shape_of;
