@@ -17,7 +17,7 @@
     font, margin: { l: 85, r: 15, t: 50, b: 50 }, paper_bgcolor: "#fff", plot_bgcolor: "#fff",
     showlegend: true, legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom" },
     xaxis: { title: { text: "time" + data.time_unit }, gridcolor: "#e4e4e4", linecolor: "#888", zeroline: false, ticks: "outside" },
-    yaxis: { title: { text: title }, gridcolor: "#e4e4e4", linecolor: "#888", zerolinecolor: "#aaa", exponentformat: "power", ticks: "outside", ...more },
+    yaxis: { title: { text: title }, gridcolor: "#e4e4e4", linecolor: "#888", zerolinecolor: "#aaa", exponentformat: "power", automargin: true, ticks: "outside", ...more },
   });
 
   function drawProbes() {
@@ -28,12 +28,14 @@
       const traces = plots.get(key).traces;
       traces.push(curve(p.name, data.curves.probes[k], traces.length));
     });
-    for (const { title, traces } of plots.values()) {
+    // All places first: a plot takes the width that its place has when it is drawn.
+    const places = [...plots.values()].map((plot) => {
       const div = document.createElement("div");
       div.className = "plot";
       id("probes").append(div);
-      Plotly.newPlot(div, traces, axes(title), config);
-    }
+      return { div, ...plot };
+    });
+    for (const { div, title, traces } of places) Plotly.newPlot(div, traces, axes(title), config);
     if (!plots.size) id("probes").textContent = "The scenario has no probe.";
   }
 
