@@ -1,4 +1,5 @@
-//! Time integration.
+//! Time integration. Particles move with the material, so that the material derivative D/Dt of
+//! Eq. (3) is the plain time derivative of what they carry.
 
 use crate::dynamics::{Dynamics, ForceSums};
 use crate::particles::{Column, Field, Particles};

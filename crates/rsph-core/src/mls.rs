@@ -1,5 +1,6 @@
 //! Linear moving least squares: values at any point from the particles around it and, transposed, a
-//! force at any point spread over them with its resultant and moment kept exactly.
+//! force at any point spread over them with its resultant and moment kept exactly. The weights stand for
+//! V_b W(r - r_b, h) in Eq. (8), and make linear fields exact up to the surface.
 
 use crate::kernel::QuarticSpline;
 use crate::lattice::Lattice;

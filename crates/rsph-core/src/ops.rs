@@ -1,4 +1,4 @@
-//! The kernel sums of Eqs. (8), (10) and (12) on the lattice; no physics.
+//! The kernel sums of Eqs. (10) and (12) on the lattice; no physics.
 //!
 //! A *box field* of C components spreads values over the padded box of the lattice, row by row, the
 //! components of a row one after the other: value (c, x) of row r stands at `(r C + c) stride + x`.

@@ -1,0 +1,116 @@
+//! A Kelvin-Voigt solid with one family of fibres, such as muscle: stiffer along one direction.
+
+use super::{KelvinVoigt, Material, Model, Parameter};
+use crate::error::InvalidInput;
+use crate::tensor::{SymTensor, Vec3};
+use std::sync::Arc;
+
+/// Adds k (a.e.a) a (x) a to the stress of a Kelvin-Voigt solid; a is the direction of the fibres.
+#[derive(Clone, Copy, Debug)]
+pub struct FibreReinforced {
+    matrix: KelvinVoigt,
+    fibre_modulus: f64,
+    /// a (x) a
+    fibre: SymTensor,
+}
+
+const fn parameter(key: &'static str, unit: &'static str, doc: &'static str) -> Parameter {
+    Parameter { key, unit, doc, default: None }
+}
+
+pub(super) const MODEL: Model = Model {
+    name: "fibre-reinforced",
+    doc: "Kelvin-Voigt solid with one family of fibres, for small strain",
+    parameters: &[
+        parameter("density", "kg/m^3", "density rho"),
+        parameter("young_modulus", "Pa", "Young's modulus E without fibres"),
+        parameter("poisson_ratio", "1", "Poisson's ratio nu without fibres"),
+        parameter("relaxation_time", "s", "relaxation time T of the damping"),
+        parameter("fibre_modulus", "Pa", "stiffness k that the fibres add along themselves"),
+        Parameter { default: Some(1.0), ..parameter("fibre_x", "1", "direction of the fibres, x") },
+        Parameter { default: Some(0.0), ..parameter("fibre_y", "1", "direction of the fibres, y") },
+        Parameter { default: Some(0.0), ..parameter("fibre_z", "1", "direction of the fibres, z") },
+    ],
+    build: |p| {
+        let matrix = KelvinVoigt::new(p[0], p[1], p[2], p[3])?;
+        Ok(Arc::new(FibreReinforced::new(matrix, p[4], Vec3::new(p[5], p[6], p[7]))?))
+    },
+};
+
+impl FibreReinforced {
+    /// A solid from its matrix, the stiffness of the fibres k (Pa) and their direction (any length).
+    ///
+    /// # Errors
+    /// Names the parameter that is out of range.
+    pub fn new(matrix: KelvinVoigt, fibre_modulus: f64, direction: Vec3) -> Result<Self, InvalidInput> {
+        if !(fibre_modulus.is_finite() && fibre_modulus >= 0.0) {
+            return Err(InvalidInput::new(
+                "material.fibre_modulus",
+                fibre_modulus,
+                "must be zero or positive (Pa)",
+                "0 gives the isotropic solid",
+            ));
+        }
+        let Some(a) = direction.try_normalize(0.0).filter(|a| a.iter().all(|c| c.is_finite())) else {
+            return Err(InvalidInput::new(
+                "material.fibre_x",
+                direction.x,
+                "the direction (fibre_x, fibre_y, fibre_z) must be finite and not the zero vector",
+                "for example fibre_z = 1 and fibre_x = 0 for fibres along z",
+            ));
+        };
+        Ok(Self { matrix, fibre_modulus, fibre: SymTensor::symmetric_part(&(a * a.transpose())) })
+    }
+}
+
+impl Material for FibreReinforced {
+    fn name(&self) -> &'static str {
+        MODEL.name
+    }
+
+    fn density(&self) -> f64 {
+        self.matrix.density()
+    }
+
+    fn relaxation_time(&self) -> f64 {
+        self.matrix.relaxation_time()
+    }
+
+    fn stress(&self, effective_strain: SymTensor) -> SymTensor {
+        let along = self.fibre.double_dot(effective_strain);
+        self.matrix.stress(effective_strain) + self.fibre * (self.fibre_modulus * along)
+    }
+
+    fn energy_density(&self, strain: SymTensor) -> f64 {
+        let along = self.fibre.double_dot(strain);
+        self.matrix.energy_density(strain) + 0.5 * self.fibre_modulus * along * along
+    }
+
+    fn p_wave_modulus(&self) -> f64 {
+        self.matrix.p_wave_modulus() + self.fibre_modulus
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn stress_is_the_derivative_of_the_energy() {
+        let matrix = KelvinVoigt::new(1.0, 10.0, 0.3, 0.2).unwrap();
+        let m = FibreReinforced::new(matrix, 30.0, Vec3::new(1.0, 2.0, -1.0)).unwrap();
+        let e = SymTensor([0.3, -0.1, 0.2, 0.05, 0.4, -0.2]);
+        let d = SymTensor([-0.2, 0.5, 0.1, 0.3, -0.1, 0.25]);
+        // The energy is quadratic: the central difference is exact.
+        let slope = m.energy_density(e + d * 0.5) - m.energy_density(e + d * -0.5);
+        assert_relative_eq!(slope, m.stress(e).double_dot(d), max_relative = 1e-12);
+    }
+
+    #[test]
+    fn fibres_without_direction_are_refused() {
+        let matrix = KelvinVoigt::new(1.0, 10.0, 0.3, 0.2).unwrap();
+        assert!(FibreReinforced::new(matrix, 30.0, Vec3::zeros()).is_err());
+        assert!(FibreReinforced::new(matrix, f64::NAN, Vec3::x()).is_err());
+    }
+}
