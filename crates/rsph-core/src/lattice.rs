@@ -5,8 +5,8 @@
 //! no neighbour list. Fields are spread over a padded box, row after row along x; only rows that
 //! hold particles are visited, and whatever lies beside a particle reads as zero.
 
+use crate::grid::Grid;
 use crate::kernel::QuarticSpline;
-use crate::sample::Grid;
 use crate::tensor::Vec3;
 
 /// Values that a sweep reads and writes at once; rows are padded to a multiple of it.

@@ -5,6 +5,7 @@
 pub mod boundary;
 pub mod dynamics;
 pub mod error;
+pub mod grid;
 pub mod integrate;
 pub mod kernel;
 pub mod lattice;

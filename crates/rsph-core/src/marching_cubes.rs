@@ -1,7 +1,7 @@
 //! The zero level set of a scalar grid as triangles.
 
+use crate::grid::Grid;
 use crate::mesh::TriangleMesh;
-use crate::sample::Grid;
 use crate::tensor::Vec3;
 use splashsurf_lib::marching_cubes::triangulate_density_map;
 use splashsurf_lib::nalgebra::Vector3;

@@ -2,7 +2,7 @@
 
 mod topology;
 
-use crate::shape::Bounds;
+use crate::grid::Bounds;
 use crate::tensor::Vec3;
 use std::collections::HashMap;
 

@@ -8,8 +8,16 @@ use crate::particles::{Evolution, Field, Particles};
 use crate::region::Region;
 use crate::setup::{Probe, Quantity};
 use crate::shape::Shape;
-use crate::simulation::Reading;
 use crate::tensor::Vec3;
+
+/// One value of a probe.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reading {
+    /// Column header: the probe's name, with `_x` etc. for a vector.
+    pub name: String,
+    /// Value.
+    pub value: f64,
+}
 
 /// A probe with the weights of its particles, which sum to 1.
 #[derive(Clone, Debug)]

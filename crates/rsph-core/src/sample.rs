@@ -7,41 +7,8 @@ mod search;
 mod zero_surface;
 
 use crate::error::InvalidInput;
+use crate::grid::Grid;
 use crate::shape::Shape;
-use crate::tensor::Vec3;
-
-/// A regular grid of cubic cells, x fastest.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Grid {
-    /// Lower corner of cell (0, 0, 0).
-    pub origin: Vec3,
-    /// Edge length dx of a cell.
-    pub spacing: f64,
-    /// Number of cells along x, y, z.
-    pub cells: [usize; 3],
-}
-
-impl Grid {
-    /// Number of cells.
-    pub fn len(&self) -> usize {
-        self.cells.iter().product()
-    }
-
-    /// Whether there is no cell.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// Centre of the cell with integer coordinates `c`.
-    pub fn centre(&self, c: [usize; 3]) -> Vec3 {
-        self.origin + Vec3::new(c[0] as f64 + 0.5, c[1] as f64 + 0.5, c[2] as f64 + 0.5) * self.spacing
-    }
-
-    /// Index of the cell with integer coordinates `c`, x fastest.
-    pub fn index(&self, c: [usize; 3]) -> usize {
-        (c[2] * self.cells[1] + c[1]) * self.cells[0] + c[0]
-    }
-}
 
 /// How fine the lattice is.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,6 +11,7 @@ use crate::integrate::RungeKutta4;
 use crate::lattice::Lattice;
 use crate::mls::PointWeights;
 use crate::moments::area_vectors;
+pub use crate::observe::Reading;
 use crate::observe::TaggedProbe;
 use crate::particles::{Column, Field, Particles};
 use crate::sample::{Body, sample};
@@ -72,15 +73,6 @@ pub struct Description {
     pub load: Vec3,
     /// Things the user should know (one sentence each).
     pub notes: Vec<String>,
-}
-
-/// One value of a probe.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reading {
-    /// Column header: the probe's name, with `_x` etc. for a vector.
-    pub name: String,
-    /// Value.
-    pub value: f64,
 }
 
 /// A running simulation.

@@ -1,6 +1,6 @@
 //! Clamps and prescribed motion of a thick region: its particles are held.
 
-use crate::dynamics::ForceSums;
+use crate::boundary::force_sums::ForceSums;
 use crate::particles::{Field, Particles};
 use crate::setup::Motion;
 use crate::tensor::Vec3;

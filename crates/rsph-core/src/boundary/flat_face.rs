@@ -1,8 +1,8 @@
 //! Loads on the flat faces of a box: with the area vectors of the operator, so that a uniform traction
 //! meets a uniform stress exactly.
 
+use crate::grid::Bounds;
 use crate::region::Region;
-use crate::shape::Bounds;
 use crate::tensor::Vec3;
 
 /// Depth below the face, in smoothing lengths, over which its area vectors spread.

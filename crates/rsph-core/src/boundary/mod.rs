@@ -3,6 +3,7 @@
 pub mod body_force;
 pub mod fixed;
 pub mod flat_face;
+pub mod force_sums;
 pub mod load;
 pub mod mirror;
 pub mod nodal_load;

@@ -4,10 +4,10 @@
 use crate::boundary::fixed::{Fixed, FixedParticle};
 use crate::boundary::mirror::MirrorPlane;
 use crate::error::InvalidInput;
+use crate::grid::Bounds;
 use crate::region::{Region, Side};
 use crate::sample::Alignment;
 use crate::setup::{Boundary, Formulation, Solver};
-use crate::shape::Bounds;
 use crate::tensor::Vec3;
 
 /// What the boundaries of a body become.

@@ -1,8 +1,9 @@
 //! Where the lattice lies relative to the shape, and how large it may be.
 
+use super::Alignment;
 use super::occupy::{Occupied, occupy};
-use super::{Alignment, Grid};
 use crate::error::InvalidInput;
+use crate::grid::Grid;
 use crate::shape::Shape;
 
 /// Most cells that the lattice around a body may have.

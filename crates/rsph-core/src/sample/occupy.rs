@@ -1,6 +1,7 @@
 //! Which cells of a lattice the body occupies.
 
-use super::{Grid, MIN_FRACTION};
+use super::MIN_FRACTION;
+use crate::grid::Grid;
 use crate::shape::Shape;
 
 /// The cells of a body.

@@ -1,8 +1,8 @@
 //! The body's surface on its lattice: the zero of the level set, with the topology of the shape.
 
-use super::Grid;
 use super::lattice::{MARGIN, MAX_CELLS};
 use super::occupy::{Occupied, coordinates, neighbours};
+use crate::grid::Grid;
 use crate::marching_cubes::zero_level_set;
 use crate::mesh::TriangleMesh;
 use crate::shape::Shape;

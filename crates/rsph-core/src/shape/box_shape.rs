@@ -1,9 +1,9 @@
 //! An axis-aligned box.
 
-use super::{Bounds, Shape, check};
+use super::{Shape, check};
 use crate::error::InvalidInput;
+use crate::grid::{Bounds, Grid};
 use crate::mesh::TriangleMesh;
-use crate::sample::Grid;
 use crate::tensor::Vec3;
 use rayon::prelude::*;
 

@@ -1,7 +1,7 @@
 //! Where lines along x pass through a closed triangle surface: inside or outside, exactly.
 
+use crate::grid::Grid;
 use crate::mesh::TriangleMesh;
-use crate::sample::Grid;
 use crate::tensor::Vec3;
 use rayon::prelude::*;
 

@@ -1,10 +1,10 @@
 //! A circular cylinder along a coordinate axis.
 
-use super::{Bounds, Shape, check, fill::fill_by_distance};
+use super::{Shape, check, fill::fill_by_distance};
 use crate::error::InvalidInput;
+use crate::grid::{Bounds, Grid};
 use crate::mesh::TriangleMesh;
 use crate::region::Axis;
-use crate::sample::Grid;
 use crate::tensor::Vec3;
 use std::f64::consts::{PI, TAU};
 

@@ -1,6 +1,6 @@
 //! Inside fractions of cells by sub-sampling a signed distance.
 
-use crate::sample::Grid;
+use crate::grid::Grid;
 use crate::tensor::Vec3;
 use rayon::prelude::*;
 

@@ -4,9 +4,9 @@
 //! level set on a fixed fine grid becomes a closed surface, and the surface a [`MeshShape`]: that
 //! gives exact distances, fractions and volume, all of the same surface that loads act on.
 
-use super::{Bounds, MeshShape};
+use super::MeshShape;
+use crate::grid::{Bounds, Grid};
 use crate::marching_cubes::zero_level_set;
-use crate::sample::Grid;
 use crate::tensor::{Mat3, Vec3};
 use rayon::prelude::*;
 

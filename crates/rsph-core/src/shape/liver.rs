@@ -1,7 +1,8 @@
 //! The analytic liver.
 
+use super::MeshShape;
 use super::implicit::{Ellipsoid, body, difference, union};
-use super::{Bounds, MeshShape};
+use crate::grid::Bounds;
 use crate::tensor::Vec3;
 
 /// Spacing of the grid that its surface is taken on (m).

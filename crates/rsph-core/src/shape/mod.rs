@@ -17,25 +17,10 @@ pub use sphere::SphereShape;
 pub use triangle_mesh::MeshShape;
 
 use crate::error::InvalidInput;
+use crate::grid::{Bounds, Grid};
 use crate::mesh::TriangleMesh;
 use crate::tensor::Vec3;
 use std::fmt::Debug;
-
-/// An axis-aligned bounding box.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    /// Lower corner.
-    pub min: Vec3,
-    /// Upper corner.
-    pub max: Vec3,
-}
-
-impl Bounds {
-    /// Edge lengths.
-    pub fn size(&self) -> Vec3 {
-        self.max - self.min
-    }
-}
 
 /// The shape of a body in its undeformed state.
 pub trait Shape: Debug + Send + Sync {
@@ -62,7 +47,7 @@ pub trait Shape: Debug + Send + Sync {
     }
 
     /// Inside fractions (0 to 1) of all cells of a grid, x fastest.
-    fn fill(&self, grid: &crate::sample::Grid) -> Vec<f64>;
+    fn fill(&self, grid: &Grid) -> Vec<f64>;
 }
 
 /// An analytic organ: its name in scenarios and how it is built.

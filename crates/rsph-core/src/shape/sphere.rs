@@ -1,9 +1,9 @@
 //! A ball.
 
-use super::{Bounds, Shape, check, fill::fill_by_distance};
+use super::{Shape, check, fill::fill_by_distance};
 use crate::error::InvalidInput;
+use crate::grid::{Bounds, Grid};
 use crate::mesh::TriangleMesh;
-use crate::sample::Grid;
 use crate::tensor::Vec3;
 use std::collections::HashMap;
 use std::f64::consts::PI;

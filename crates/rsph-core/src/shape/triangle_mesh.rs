@@ -1,9 +1,9 @@
 //! A body bounded by a closed triangle surface.
 
-use super::{Bounds, Shape, columns::Columns};
+use super::{Shape, columns::Columns};
 use crate::error::InvalidInput;
+use crate::grid::{Bounds, Grid};
 use crate::mesh::TriangleMesh;
-use crate::sample::Grid;
 use crate::tensor::Vec3;
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::PointQuery;

@@ -4,9 +4,9 @@
 use rsph_core::boundary::fixed::Fixed;
 use rsph_core::boundary::mirror::{Mirror, MirrorPlane};
 use rsph_core::dynamics::elastic::Elastic;
+use rsph_core::grid::Grid;
 use rsph_core::lattice::Lattice;
 use rsph_core::material::KelvinVoigt;
-use rsph_core::sample::Grid;
 use rsph_core::tensor::Vec3;
 use std::sync::Arc;
 
