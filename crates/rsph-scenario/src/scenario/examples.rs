@@ -93,7 +93,7 @@ pub(super) fn example(path: &str) -> Option<&'static str> {
         if let Some(line) = find(EXAMPLES, pattern) {
             return Some(line);
         }
-        pattern = &pattern[..pattern.rfind('.')?];
+        pattern = &pattern[..pattern.rfind(['.', '['])?];
     }
 }
 

@@ -23,6 +23,16 @@ pub(super) fn explain(document: &Document, path: &KeyPath, message: &str) -> Sce
         let path = if path.last_key() == *key { path.clone() } else { path.key(key) };
         return document.unknown_key(&path, known);
     }
+    // The parser words strangers in a variant's table in its own way.
+    if let Some((keys, known)) = first_line
+        .strip_prefix("unexpected keys in table: ")
+        .and_then(|rest| rest.split_once(", available keys: "))
+    {
+        let known: Vec<&str> = known.split(", ").collect();
+        let key = keys.split(", ").next().unwrap_or_default();
+        let path = if path.last_key() == key { path.clone() } else { path.key(key) };
+        return document.unknown_key(&path, &known);
+    }
     if let (true, Some((word, known))) = (first_line.starts_with("unknown variant"), quoted.split_first()) {
         let allowed = known.iter().map(|k| format!("\"{k}\"")).collect::<Vec<_>>().join(", ");
         let remedy =
