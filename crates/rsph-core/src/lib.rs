@@ -2,9 +2,21 @@
 //! Hieber, Walther and Koumoutsakos.
 #![allow(clippy::inline_always)]
 
+pub mod boundary;
+pub mod dynamics;
 pub mod error;
+pub mod integrate;
+pub mod kernel;
+pub mod lattice;
+pub mod level_set;
+pub mod marching_cubes;
 pub mod material;
 pub mod mesh;
+pub mod mls;
+pub mod moments;
+pub mod neighbors;
+pub mod observe;
+pub mod ops;
 pub mod particles;
 pub mod region;
 pub mod sample;
@@ -12,5 +24,7 @@ pub mod setup;
 pub mod shape;
 pub mod simulation;
 pub mod snapshot;
+pub mod stability;
 pub mod surface;
 pub mod tensor;
+mod watch;

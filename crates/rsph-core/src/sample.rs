@@ -1,6 +1,11 @@
 //! A shape becomes particles: one for every lattice cell that lies inside, with the inside
 //! fraction of its cell as volume.
 
+mod lattice;
+mod occupy;
+mod search;
+mod zero_surface;
+
 use crate::error::InvalidInput;
 use crate::shape::Shape;
 use crate::tensor::Vec3;
@@ -61,6 +66,17 @@ pub struct Body {
     /// The body's surface as the zero of its level set on the lattice (marching cubes), in the
     /// undeformed state.
     pub surface: crate::mesh::TriangleMesh,
+    /// Volume of the cells that were dropped because they do not hang together with the largest
+    /// piece.
+    pub dropped_volume: f64,
+}
+
+impl Body {
+    /// Volume of the particles: the sum of theta dx^3. No correction is applied for the slivers
+    /// below [`MIN_FRACTION`]; they are less than 1 % of an organ at 1,000 particles.
+    pub fn volume(&self) -> f64 {
+        self.fraction.iter().sum::<f64>() * self.grid.spacing.powi(3)
+    }
 }
 
 /// Cells with a smaller inside fraction hold no particle.
@@ -81,13 +97,24 @@ pub struct Alignment {
 /// bounding box, unless `alignment` says otherwise for an axis.
 ///
 /// # Errors
-/// `body.spacing` or `body.particles` when the spacing is not positive, gives no particle, or more
-/// than memory holds.
+/// `body.spacing` when it is not positive, gives no particle, or more cells than memory holds;
+/// `body.particles` when it is 0 or more than memory holds.
 pub fn sample(
     shape: &dyn Shape,
     resolution: Resolution,
     alignment: &[Alignment],
 ) -> Result<Body, InvalidInput> {
-    let _ = (shape, resolution, alignment);
-    todo!()
+    let occupied = match resolution {
+        Resolution::Spacing(spacing) => lattice::with_spacing(shape, spacing, alignment)?,
+        Resolution::Particles(count) => search::with_count(shape, count, alignment)?,
+    };
+    let zero = zero_surface::zero_surface(shape, &occupied);
+    Ok(Body {
+        grid: occupied.grid,
+        cells: occupied.cells,
+        fraction: occupied.fraction,
+        level_set: zero.level_set,
+        surface: zero.surface,
+        dropped_volume: occupied.dropped_volume,
+    })
 }

@@ -1,6 +1,10 @@
 //! The body's surface: the zero level set as triangles, with the fields sampled on it.
 
 use crate::mesh::TriangleMesh;
+use crate::mls::PointWeights;
+use crate::particles::Field;
+use crate::snapshot::Snapshot;
+use crate::tensor::{SymTensor, Vec3};
 
 /// A field on the vertices of a surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,4 +24,76 @@ pub struct Surface {
     pub mesh: TriangleMesh,
     /// Fields on its vertices: those of the snapshot, `normal_strain` and `shear_strain`.
     pub fields: Vec<SurfaceField>,
+}
+
+impl Surface {
+    /// The zero level set `reference` of the undeformed body, moved with the displacement of
+    /// `snapshot`; `weights` are those of the particles at its vertices.
+    pub fn new(reference: &TriangleMesh, weights: &PointWeights, snapshot: &Snapshot) -> Self {
+        let mut mesh = reference.clone();
+        let mut fields: Vec<SurfaceField> = snapshot
+            .columns()
+            .filter(|(spec, _)| spec.field != Field::Reference)
+            .map(|(spec, column)| SurfaceField {
+                name: spec.name,
+                components: spec.components,
+                values: weights.interpolate(column),
+            })
+            .collect();
+        if let Some(u) = fields.iter().find(|f| f.name == Field::Displacement.spec().name) {
+            for (x, u) in mesh.vertices.iter_mut().zip(u.values.chunks_exact(3)) {
+                *x += Vec3::from_column_slice(u);
+            }
+        }
+        if let Some(strain) = fields.iter().find(|f| f.name == Field::Strain.spec().name) {
+            let (normal, shear) = strain
+                .values
+                .chunks_exact(6)
+                .zip(vertex_normals(&mesh))
+                .map(|(e, n)| normal_and_shear(SymTensor(std::array::from_fn(|i| e[i])), &n))
+                .unzip();
+            fields.push(SurfaceField { name: "normal_strain", components: 1, values: normal });
+            fields.push(SurfaceField { name: "shear_strain", components: 1, values: shear });
+        }
+        Self { mesh, fields }
+    }
+
+    /// The field of that name.
+    pub fn field(&self, name: &str) -> Option<&SurfaceField> {
+        self.fields.iter().find(|f| f.name == name)
+    }
+}
+
+/// Normal strain n.e.n and shear strain |e n - (n.e.n) n| on a surface with unit normal n, Fig. 7.
+fn normal_and_shear(strain: SymTensor, n: &Vec3) -> (f64, f64) {
+    let e_n = strain.dot(n);
+    let normal = n.dot(&e_n);
+    (normal, (e_n - normal * n).norm())
+}
+
+/// Unit normals of the vertices: means over their triangles, weighted by area.
+fn vertex_normals(mesh: &TriangleMesh) -> Vec<Vec3> {
+    let mut normals = vec![Vec3::zeros(); mesh.vertices.len()];
+    for t in &mesh.triangles {
+        let [a, b, c] = t.map(|i| mesh.vertices[i as usize]);
+        let twice_area = (b - a).cross(&(c - a));
+        for i in t {
+            normals[*i as usize] += twice_area;
+        }
+    }
+    normals.iter().map(|n| n.try_normalize(0.0).unwrap_or_else(Vec3::zeros)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strain_splits_into_normal_and_shear() {
+        // Uniaxial strain 2 along z with a shear e_xz = 1.
+        let e = SymTensor([0.0, 0.0, 2.0, 0.0, 0.0, 1.0]);
+        assert_eq!(normal_and_shear(e, &Vec3::z()), (2.0, 1.0));
+        assert_eq!(normal_and_shear(e, &Vec3::x()), (0.0, 1.0));
+        assert_eq!(normal_and_shear(e, &Vec3::y()), (0.0, 0.0));
+    }
 }

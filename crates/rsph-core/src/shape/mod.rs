@@ -1,5 +1,22 @@
 //! Shapes of bodies: anything with a signed distance and a surface. One shape a file.
 
+mod box_shape;
+mod check;
+mod columns;
+mod cylinder;
+mod fill;
+mod implicit;
+mod kidney;
+mod liver;
+mod sphere;
+mod triangle_mesh;
+
+pub use box_shape::BoxShape;
+pub use cylinder::CylinderShape;
+pub use sphere::SphereShape;
+pub use triangle_mesh::MeshShape;
+
+use crate::error::InvalidInput;
 use crate::mesh::TriangleMesh;
 use crate::tensor::Vec3;
 use std::fmt::Debug;
@@ -46,4 +63,33 @@ pub trait Shape: Debug + Send + Sync {
 
     /// Inside fractions (0 to 1) of all cells of a grid, x fastest.
     fn fill(&self, grid: &crate::sample::Grid) -> Vec<f64>;
+}
+
+/// An analytic organ: its name in scenarios and how it is built.
+type Organ = (&'static str, fn() -> MeshShape);
+
+/// The analytic organs. Axes as in the meshes of real organs: x from the right side of the body
+/// to its left, y up, z to the front; metres; about centred on the origin.
+const ORGANS: &[Organ] = &[("liver", liver::liver), ("kidney", kidney::kidney)];
+
+/// Names of the analytic organs.
+pub fn organ_names() -> impl Iterator<Item = &'static str> {
+    ORGANS.iter().map(|(name, _)| *name)
+}
+
+/// The analytic organ of that name, of adult size in metres.
+///
+/// # Errors
+/// `body.shape.organ` when there is no organ of that name.
+pub fn organ(name: &str) -> Result<MeshShape, InvalidInput> {
+    let known = ORGANS.iter().find(|(n, _)| *n == name);
+    known.map(|(_, build)| build()).ok_or_else(|| {
+        let names: Vec<_> = organ_names().map(|n| format!("\"{n}\"")).collect();
+        InvalidInput::new(
+            "body.shape.organ",
+            format!("\"{name}\""),
+            "there is no analytic organ of that name",
+            format!("choose one of {}, or give a surface by `mesh = {{ path = ... }}`", names.join(", ")),
+        )
+    })
 }

@@ -1,0 +1,103 @@
+//! Loads on the flat faces of a box: with the area vectors of the operator, so that a uniform traction
+//! meets a uniform stress exactly.
+
+use crate::error::InvalidInput;
+use crate::region::Region;
+use crate::shape::Bounds;
+use crate::tensor::Vec3;
+
+/// Depth below the face, in smoothing lengths, over which its area vectors spread.
+const DEPTH: f64 = 3.3;
+/// Largest deviation of their sum from the face's area before the body counts as too thin.
+const TOLERANCE: f64 = 0.01;
+
+/// A face of a box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Face {
+    axis: usize,
+    upper: bool,
+}
+
+impl Face {
+    /// The faces of `bounds` that lie wholly in `region`, or `None` if the region holds parts of faces.
+    pub fn whole_faces(bounds: &Bounds, region: &Region, tolerance: f64) -> Option<Vec<Self>> {
+        const SAMPLES: usize = 9;
+        let mut faces = Vec::new();
+        for axis in 0..3 {
+            for upper in [false, true] {
+                let face = Self { axis, upper };
+                let normal = face.normal();
+                let inside = (0..SAMPLES * SAMPLES)
+                    .filter(|k| {
+                        let share = |i: usize| i as f64 / (SAMPLES - 1) as f64;
+                        let mut s = Vec3::zeros();
+                        s[axis] = if upper { 1.0 } else { 0.0 };
+                        // Strictly inside the face: its edges belong to two faces.
+                        s[(axis + 1) % 3] = 0.001 + 0.998 * share(k % SAMPLES);
+                        s[(axis + 2) % 3] = 0.001 + 0.998 * share(k / SAMPLES);
+                        let x = bounds.min + s.component_mul(&bounds.size());
+                        region.contains_on_surface(&x, &normal, tolerance)
+                    })
+                    .count();
+                match inside {
+                    0 => {}
+                    k if k == SAMPLES * SAMPLES => faces.push(face),
+                    _ => return None,
+                }
+            }
+        }
+        Some(faces)
+    }
+
+    /// Outward normal.
+    pub fn normal(&self) -> Vec3 {
+        let mut n = Vec3::zeros();
+        n[self.axis] = if self.upper { 1.0 } else { -1.0 };
+        n
+    }
+
+    /// Adds the forces of a uniform traction t (times area: f_a = t A_a.n / S, where S = sum A.n over
+    /// the area is 1 but for the quality of the lattice) to `force`, component by component.
+    ///
+    /// # Errors
+    /// When the body is too thin for its area vectors, naming `key`.
+    pub fn add_traction(
+        &self,
+        bounds: &Bounds,
+        area_vectors: &[Vec3],
+        positions: &[Vec3],
+        smoothing_length: f64,
+        traction: &Vec3,
+        force: &mut [f64],
+        key: &str,
+    ) -> Result<(), InvalidInput> {
+        let n = positions.len();
+        let normal = self.normal();
+        let at = if self.upper { bounds.max[self.axis] } else { bounds.min[self.axis] };
+        let size = bounds.size();
+        let area = size[(self.axis + 1) % 3] * size[(self.axis + 2) % 3];
+        let near = |x: &Vec3| (x[self.axis] - at).abs() < DEPTH * smoothing_length;
+        let share = |a: usize| if near(&positions[a]) { area_vectors[a].dot(&normal) } else { 0.0 };
+        let sum: f64 = (0..n).map(share).sum();
+        let s = sum / area;
+        if (s - 1.0).abs() > TOLERANCE {
+            return Err(InvalidInput::new(
+                key,
+                format!("face {}", ["x", "y", "z"][self.axis]),
+                format!(
+                    "the lattice represents {:.1} % of the loaded face's area: the body is too thin for \
+                     its spacing",
+                    100.0 * s
+                ),
+                "choose a smaller `body.spacing`: at least five particles across the body",
+            ));
+        }
+        for a in 0..n {
+            let f = share(a) / s;
+            for i in 0..3 {
+                force[i * n + a] += traction[i] * f;
+            }
+        }
+        Ok(())
+    }
+}

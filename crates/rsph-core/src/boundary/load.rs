@@ -1,0 +1,118 @@
+//! From a load to the forces on the particles.
+
+use crate::boundary::body_force::body_force;
+use crate::boundary::flat_face::Face;
+use crate::boundary::nodal_load::NodalLoad;
+use crate::boundary::patch::Patch;
+use crate::boundary::surface_load::{SurfacePoint, quadrature};
+use crate::boundary::tag::no_particle;
+use crate::error::InvalidInput;
+use crate::mls::PointWeights;
+use crate::region::Region;
+use crate::setup::{Load, LoadKind};
+use crate::shape::Shape;
+use crate::tensor::Vec3;
+
+/// Longest triangle edge of the surface quadrature, in spacings.
+const RESOLUTION: f64 = 0.5;
+
+/// The body as loads see it.
+#[derive(Debug)]
+pub struct LoadedBody<'a> {
+    /// Shape with its surface.
+    pub shape: &'a dyn Shape,
+    /// Masses.
+    pub mass: &'a [f64],
+    /// Undeformed positions.
+    pub positions: &'a [Vec3],
+    /// Area vectors.
+    pub area_vectors: &'a [Vec3],
+    /// Spacing dx.
+    pub spacing: f64,
+    /// Smoothing length h.
+    pub smoothing_length: f64,
+    /// Tolerance of regions (a length).
+    pub tolerance: f64,
+}
+
+/// The forces of every load; `weights` gives moving-least-squares weights at a list of points.
+///
+/// # Errors
+/// `load[i]...` when a load acts on nothing.
+pub fn nodal_loads(
+    loads: &[Load],
+    body: &LoadedBody<'_>,
+    weights: impl Fn(&[Vec3]) -> PointWeights,
+) -> Result<Vec<NodalLoad>, InvalidInput> {
+    let points = quadrature(body.shape.surface(), RESOLUTION * body.spacing);
+    let on_surface = |i: usize, traction: &dyn Fn(&SurfacePoint) -> Vec3| {
+        let loaded: Vec<(Vec3, Vec3)> = points
+            .iter()
+            .map(|p| (p.x, traction(p) * p.area))
+            .filter(|(_, f)| f.norm_squared() > 0.0)
+            .collect();
+        if loaded.is_empty() {
+            return Err(InvalidInput::new(
+                format!("load[{i}]"),
+                "(this load)",
+                "acts on no part of the surface",
+                "check the region or centre, the direction and the signs; the surface lies within the \
+                 body's bounding box",
+            ));
+        }
+        let (x, f): (Vec<Vec3>, Vec<Vec3>) = loaded.into_iter().unzip();
+        let mut force = vec![0.0; 3 * body.mass.len()];
+        weights(&x).spread(&f, &mut force);
+        Ok(force)
+    };
+    // A uniform traction on whole flat faces, or any other on the triangles.
+    let on_region = |i: usize, region: &Region, traction: &dyn Fn(&Vec3) -> Vec3| {
+        let bounds = body.shape.bounds();
+        let faces = if body.shape.is_box() {
+            Face::whole_faces(&bounds, region, body.tolerance).filter(|f| !f.is_empty())
+        } else {
+            None
+        };
+        let Some(faces) = faces else {
+            return on_surface(i, &|p| {
+                if region.contains_on_surface(&p.x, &p.normal, body.tolerance) {
+                    traction(&p.normal)
+                } else {
+                    Vec3::zeros()
+                }
+            });
+        };
+        let mut force = vec![0.0; 3 * body.mass.len()];
+        for face in faces {
+            face.add_traction(
+                &bounds,
+                body.area_vectors,
+                body.positions,
+                body.smoothing_length,
+                &traction(&face.normal()),
+                &mut force,
+                &format!("load[{i}].region"),
+            )?;
+        }
+        Ok(force)
+    };
+    loads
+        .iter()
+        .enumerate()
+        .map(|(i, load)| {
+            let force = match &load.kind {
+                LoadKind::Traction { region, traction } => on_region(i, region, &|_| *traction),
+                LoadKind::Pressure { region, pressure } => on_region(i, region, &|n| -*pressure * n),
+                LoadKind::BodyForce { region, acceleration } => {
+                    body_force(body.mass, body.positions, region, acceleration, body.tolerance)
+                        .ok_or_else(|| no_particle(&format!("load[{i}].region"), region, body.positions))
+                }
+                LoadKind::Patch { pressure, centre, radius, direction } => {
+                    let patch = Patch::on(body.shape.surface(), *pressure, centre, *radius, direction);
+                    on_surface(i, &|p| patch.traction(p))
+                }
+            }?;
+            Ok(NodalLoad { force, ramp: load.ramp })
+        })
+        .collect()
+}

@@ -1,0 +1,148 @@
+//! Clamps, rollers and symmetry planes on a flat face: mirror ghosts.
+//!
+//! Every particle a near the plane sees the mirror images of its neighbours. The image of particle m
+//! moves with u_g = s u_m + (1 - s) u_D, component by component: s = -1 where the component is held
+//! (so that u = u_D on the plane, wherever the plane lies between lattice layers), s = +1 where it is
+//! free (a roller). Ghosts are a linear function of the particles, so that the force on a particle,
+//! its image's force included, stays the exact derivative of the discrete energy.
+
+use crate::kernel::QuarticSpline;
+use crate::lattice::Lattice;
+use crate::setup::Motion;
+use crate::tensor::Vec3;
+
+/// An axis-aligned mirror plane.
+#[derive(Clone, Copy, Debug)]
+pub struct MirrorPlane {
+    /// Normal axis 0, 1, 2.
+    pub axis: usize,
+    /// Coordinate on that axis.
+    pub at: f64,
+    /// Components held at the plane.
+    pub fix: [bool; 3],
+    /// Motion of the plane.
+    pub motion: Option<Motion>,
+}
+
+/// One ghost in the neighbourhood of a particle.
+#[derive(Clone, Copy, Debug)]
+pub struct Ghost {
+    /// The particle that it mirrors.
+    pub partner: u32,
+    /// Which [`Group`] it belongs to.
+    pub group: u32,
+    /// w(r) = -W'(r)/r.
+    pub w: f64,
+    /// X = x_ghost - x_a.
+    pub x: Vec3,
+    /// Diagonal of the reflection.
+    pub reflection: Vec3,
+    /// s, the sign with which each component is mirrored.
+    pub sign: Vec3,
+}
+
+/// Ghosts that were mirrored at the same plane, or at the same two or three planes in a corner.
+#[derive(Clone, Debug)]
+pub struct Group {
+    planes: Vec<usize>,
+}
+
+/// All mirror ghosts of a body.
+#[derive(Clone, Debug, Default)]
+pub struct Mirror {
+    planes: Vec<MirrorPlane>,
+    groups: Vec<Group>,
+    starts: Vec<u32>,
+    ghosts: Vec<Ghost>,
+}
+
+impl Mirror {
+    /// The ghosts of `lattice`'s particles at the undeformed `positions`.
+    pub fn new(lattice: &Lattice, origin: &Vec3, positions: &[Vec3], planes: Vec<MirrorPlane>) -> Self {
+        let kernel = QuarticSpline::<3>::new(lattice.smoothing_length);
+        let support = kernel.support() * (1.0 - 1e-9);
+        // Every set of planes with different axes: a face, an edge, a corner.
+        let groups: Vec<Group> = (1..1_usize << planes.len())
+            .map(|set| Group { planes: (0..planes.len()).filter(|p| set >> p & 1 == 1).collect() })
+            .filter(|g| (0..3).all(|axis| g.planes.iter().filter(|&&p| planes[p].axis == axis).count() <= 1))
+            .collect();
+        let (mut starts, mut ghosts) = (vec![0], Vec::new());
+        for (a, x_a) in positions.iter().enumerate() {
+            for (g, group) in groups.iter().enumerate() {
+                let (mut reflection, mut sign) = (Vec3::repeat(1.0), Vec3::repeat(1.0));
+                let mut image = *x_a;
+                for plane in group.planes.iter().map(|&p| &planes[p]) {
+                    image[plane.axis] = 2.0 * plane.at - image[plane.axis];
+                    reflection[plane.axis] = -1.0;
+                    for i in 0..3 {
+                        sign[i] *= if plane.fix[i] { -1.0 } else { 1.0 };
+                    }
+                }
+                // |x_ghost(m) - x_a| = |x_m - image of a|: search around the image.
+                let low: [isize; 3] = std::array::from_fn(|i| {
+                    ((image[i] - origin[i] - support) / lattice.spacing - 0.5).ceil() as isize
+                });
+                let high: [isize; 3] = std::array::from_fn(|i| {
+                    ((image[i] - origin[i] + support) / lattice.spacing - 0.5).floor() as isize
+                });
+                for k in low[2]..=high[2] {
+                    for j in low[1]..=high[1] {
+                        for i in low[0]..=high[0] {
+                            let Some(m) = lattice.particle([i, j, k]) else { continue };
+                            let x = (positions[m] - image).component_mul(&reflection);
+                            let r = x.norm();
+                            if r > 0.0 && r < support {
+                                ghosts.push(Ghost {
+                                    partner: m as u32,
+                                    group: g as u32,
+                                    w: kernel.gradient_weight(r),
+                                    x,
+                                    reflection,
+                                    sign,
+                                });
+                            }
+                        }
+                    }
+                }
+            }
+            starts.push(ghosts.len() as u32);
+            debug_assert_eq!(starts.len(), a + 2);
+        }
+        Self { planes, groups, starts, ghosts }
+    }
+
+    /// The ghosts that particle `a` sees.
+    #[inline(always)]
+    pub fn ghosts_of(&self, a: usize) -> &[Ghost] {
+        if self.ghosts.is_empty() {
+            return &[];
+        }
+        &self.ghosts[self.starts[a] as usize..self.starts[a + 1] as usize]
+    }
+
+    /// Number of groups.
+    pub fn group_count(&self) -> usize {
+        self.groups.len()
+    }
+
+    /// Whether any plane moves.
+    pub fn moves(&self) -> bool {
+        self.planes.iter().any(|p| p.motion.is_some())
+    }
+
+    /// For each group the constant (1 - s) u_D of its ghosts' displacement, where
+    /// `plane_value(motion)` is u_D (or its rate).
+    pub fn offsets(&self, out: &mut [Vec3], plane_value: impl Fn(&Motion) -> Vec3) {
+        for (group, out) in self.groups.iter().zip(out) {
+            *out = Vec3::zeros();
+            for plane in group.planes.iter().map(|&p| &self.planes[p]) {
+                let u_d = plane.motion.as_ref().map_or_else(Vec3::zeros, &plane_value);
+                for i in 0..3 {
+                    if plane.fix[i] {
+                        out[i] = 2.0 * u_d[i] - out[i];
+                    }
+                }
+            }
+        }
+    }
+}

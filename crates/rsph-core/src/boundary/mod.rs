@@ -1,0 +1,12 @@
+//! Boundaries and loads. One a file.
+
+pub mod body_force;
+pub mod fixed;
+pub mod flat_face;
+pub mod load;
+pub mod mirror;
+pub mod nodal_load;
+pub mod patch;
+pub mod surface_load;
+pub mod tag;
+pub mod traction_free;

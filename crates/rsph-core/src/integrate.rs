@@ -1,0 +1,113 @@
+//! Time integration.
+
+use crate::dynamics::{Dynamics, ForceSums};
+use crate::particles::{Column, Field, Particles};
+use crate::tensor::Vec3;
+use rayon::prelude::*;
+
+/// Values that one task works on.
+const VALUES_A_TASK: usize = 4096;
+
+/// The classical Runge-Kutta scheme of fourth order, section 5.2 of the paper, with its work space.
+#[derive(Clone, Debug)]
+pub struct RungeKutta4 {
+    start: Vec<Column>,
+    end: Vec<Column>,
+    rates: Vec<Column>,
+}
+
+/// What a step did to the body, integrated over the step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepSums {
+    /// Impulse of loads.
+    pub load: Vec3,
+    /// Impulse of clamps and moved parts, prescribed velocities included.
+    pub reaction: Vec3,
+    /// Work of loads and moved parts.
+    pub work: f64,
+}
+
+impl RungeKutta4 {
+    /// Work space for `dynamics` on `particles`.
+    pub fn new(dynamics: &dyn Dynamics, particles: &Particles) -> Self {
+        let zeros = |f: &Field| Column::zeros(f.spec().components, particles.len());
+        let columns: Vec<Column> = dynamics.integrated().iter().map(zeros).collect();
+        Self { start: columns.clone(), end: columns.clone(), rates: columns }
+    }
+
+    /// Right-hand sides a step.
+    pub const EVALUATIONS: u64 = 4;
+
+    /// The forces at time `t`, without advancing.
+    pub fn evaluate(&mut self, dynamics: &mut dyn Dynamics, particles: &Particles, t: f64) -> ForceSums {
+        dynamics.rates(t, particles, &mut self.rates)
+    }
+
+    /// Advances `particles` from `t` to `t + dt`; returns the sums over the step and the forces at its
+    /// start.
+    pub fn step(
+        &mut self,
+        dynamics: &mut dyn Dynamics,
+        particles: &mut Particles,
+        t: f64,
+        dt: f64,
+    ) -> (StepSums, ForceSums) {
+        // (time of the stage, weight of its rates, distance of the next stage), in steps.
+        const STAGES: [(f64, f64, f64); 4] =
+            [(0.0, 1.0 / 6.0, 0.5), (0.5, 1.0 / 3.0, 0.5), (0.5, 1.0 / 3.0, 1.0), (1.0, 1.0 / 6.0, 0.0)];
+        let fields = dynamics.integrated();
+        for (start, field) in self.start.iter_mut().zip(fields) {
+            start.values_mut().copy_from_slice(particles.column(*field).values());
+        }
+        let mut integral = ForceSums::default();
+        let mut at_start = ForceSums::default();
+        for (stage, (c, weight, next)) in STAGES.into_iter().enumerate() {
+            if stage > 0 {
+                dynamics.impose(t + c * dt, particles);
+            }
+            let sums = dynamics.rates(t + c * dt, particles, &mut self.rates);
+            integral = integral.add_scaled(weight * dt, &sums);
+            if stage == 0 {
+                at_start = sums;
+            }
+            for (i, field) in fields.iter().enumerate() {
+                let value = particles.column_mut(*field).values_mut();
+                advance(
+                    value,
+                    self.end[i].values_mut(),
+                    self.start[i].values(),
+                    self.rates[i].values(),
+                    weight * dt,
+                    next * dt,
+                    stage,
+                );
+            }
+        }
+        let imposed = dynamics.impose(t + dt, particles);
+        let step =
+            StepSums { load: integral.load, reaction: integral.reaction + imposed, work: integral.power };
+        (step, at_start)
+    }
+}
+
+/// One stage of one column: `end` collects the result, `value` becomes the next stage, or the result
+/// after the last one.
+fn advance(
+    value: &mut [f64],
+    end: &mut [f64],
+    start: &[f64],
+    rate: &[f64],
+    weight: f64,
+    next: f64,
+    stage: usize,
+) {
+    let n = VALUES_A_TASK;
+    (value.par_chunks_mut(n), end.par_chunks_mut(n), start.par_chunks(n), rate.par_chunks(n))
+        .into_par_iter()
+        .for_each(|(value, end, start, rate)| {
+            for (((value, end), start), rate) in value.iter_mut().zip(end).zip(start).zip(rate) {
+                *end = if stage == 0 { *start } else { *end } + weight * rate;
+                *value = if stage == 3 { *end } else { start + next * rate };
+            }
+        });
+}

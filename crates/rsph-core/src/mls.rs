@@ -1,0 +1,160 @@
+//! Linear moving least squares: values at any point from the particles around it and, transposed, a
+//! force at any point spread over them with its resultant and moment kept exactly.
+
+use crate::kernel::QuarticSpline;
+use crate::lattice::Lattice;
+use crate::particles::Column;
+use crate::tensor::Vec3;
+use nalgebra::{Matrix4, Vector4};
+use rayon::prelude::*;
+
+/// Smallest smoothing length of the weights, in spacings.
+const SMOOTHING: f64 = 1.25;
+/// Particles that the support must hold at least.
+const FEWEST: usize = 8;
+/// A moment matrix with a smaller ratio of eigenvalues asks for a wider support.
+const WORST_CONDITION: f64 = 1e-4;
+
+/// Weights of particles at a list of points (compressed rows).
+#[derive(Clone, Debug, Default)]
+pub struct PointWeights {
+    starts: Vec<usize>,
+    entries: Vec<(u32, f64)>,
+}
+
+impl PointWeights {
+    /// Weights at `points`, for particles at `positions` on `lattice` (whose cell (0,0,0) has its
+    /// lower corner at `origin`). They sum to 1 and reproduce linear fields.
+    pub fn new(lattice: &Lattice, origin: &Vec3, positions: &[Vec3], points: &[Vec3]) -> Self {
+        let rows: Vec<Vec<(u32, f64)>> =
+            points.par_iter().map(|x| weights_at(lattice, origin, positions, x)).collect();
+        let mut starts = vec![0];
+        starts.extend(rows.iter().scan(0, |sum, row| {
+            *sum += row.len();
+            Some(*sum)
+        }));
+        Self { starts, entries: rows.concat() }
+    }
+
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.starts.len().saturating_sub(1)
+    }
+
+    /// Whether there is no point.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// (particle, weight) of point `i`.
+    pub fn row(&self, i: usize) -> &[(u32, f64)] {
+        &self.entries[self.starts[i]..self.starts[i + 1]]
+    }
+
+    /// One component of a column at point `i`.
+    pub fn value(&self, column: &Column, component: usize, i: usize) -> f64 {
+        let values = column.component(component);
+        self.row(i).iter().map(|&(a, w)| w * values[a as usize]).sum()
+    }
+
+    /// A whole column at all points: for each point its components.
+    pub fn interpolate(&self, column: &Column) -> Vec<f64> {
+        let c = column.components();
+        (0..self.len() * c).into_par_iter().map(|k| self.value(column, k % c, k / c)).collect()
+    }
+
+    /// Spreads a force at each point over the particles, into `force` (component by component).
+    pub fn spread(&self, point_force: &[Vec3], force: &mut [f64]) {
+        let n = force.len() / 3;
+        for (i, f) in point_force.iter().enumerate() {
+            for &(a, w) in self.row(i) {
+                for c in 0..3 {
+                    force[c * n + a as usize] += w * f[c];
+                }
+            }
+        }
+    }
+
+    /// The mean over the points with these weights, as one (particle, weight) list.
+    pub fn mean(&self, point_weight: &[f64], particles: usize) -> Vec<(u32, f64)> {
+        let total: f64 = point_weight.iter().sum();
+        let mut dense = vec![0.0; particles];
+        for (i, p) in point_weight.iter().enumerate() {
+            for &(a, w) in self.row(i) {
+                dense[a as usize] += w * p / total;
+            }
+        }
+        let nonzero = |(a, w): (usize, &f64)| (*w != 0.0).then_some((a as u32, *w));
+        dense.iter().enumerate().filter_map(nonzero).collect()
+    }
+}
+
+/// Particles within `radius` of `x`, with their distance, nearest first.
+fn around(lattice: &Lattice, origin: &Vec3, positions: &[Vec3], x: &Vec3, radius: f64) -> Vec<(usize, f64)> {
+    let cell = |c: f64, i: usize| (c - origin[i]) / lattice.spacing - 0.5;
+    let low: [isize; 3] = std::array::from_fn(|i| cell(x[i] - radius, i).ceil() as isize);
+    let high: [isize; 3] = std::array::from_fn(|i| cell(x[i] + radius, i).floor() as isize);
+    let mut found = Vec::new();
+    for k in low[2]..=high[2] {
+        for j in low[1]..=high[1] {
+            for i in low[0]..=high[0] {
+                if let Some(a) = lattice.particle([i, j, k]) {
+                    let d = (positions[a] - x).norm();
+                    if d < radius {
+                        found.push((a, d));
+                    }
+                }
+            }
+        }
+    }
+    found.sort_by(|p, q| p.1.total_cmp(&q.1).then(p.0.cmp(&q.0)));
+    found
+}
+
+fn weights_at(lattice: &Lattice, origin: &Vec3, positions: &[Vec3], x: &Vec3) -> Vec<(u32, f64)> {
+    let dx = lattice.spacing;
+    let enough = FEWEST.min(positions.len());
+    let mut radius = 2.5 * SMOOTHING * dx;
+    let mut near = around(lattice, origin, positions, x, radius);
+    while near.len() < enough {
+        radius *= 1.5;
+        near = around(lattice, origin, positions, x, radius);
+    }
+    let mut h = (SMOOTHING * dx).max(near[enough - 1].1 / 2.2);
+    // A body of very few particles may have no well-posed fit at all: then the widest one stands.
+    for attempt in 0.. {
+        if 2.5 * h > radius {
+            radius = 2.5 * h;
+            near = around(lattice, origin, positions, x, radius);
+        }
+        let kernel = QuarticSpline::<3>::new(h);
+        let mut moment = Matrix4::zeros();
+        let basis = |a: usize| {
+            let r = (positions[a] - x) / h;
+            Vector4::new(1.0, r.x, r.y, r.z)
+        };
+        for &(a, d) in &near {
+            let p = basis(a);
+            moment += kernel.value(d) * p * p.transpose();
+        }
+        let eigen = moment.symmetric_eigen();
+        let well_posed = eigen.eigenvalues.min() > WORST_CONDITION * eigen.eigenvalues.max();
+        if !well_posed && attempt < 12 {
+            h *= 1.2;
+            continue;
+        }
+        let largest = eigen.eigenvalues.max();
+        let mut coefficient = Vector4::zeros();
+        for (value, v) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+            if *value > 1e-12 * largest {
+                coefficient += v * (v[0] / value);
+            }
+        }
+        return near
+            .iter()
+            .map(|&(a, d)| (a as u32, coefficient.dot(&basis(a)) * kernel.value(d)))
+            .filter(|(_, w)| *w != 0.0)
+            .collect();
+    }
+    unreachable!("the loop returns")
+}

@@ -1,0 +1,119 @@
+//! What makes the gradient exact for linear fields up to the surface: moment matrices, their
+//! inverses, and the area vectors that follow from them.
+
+use crate::boundary::mirror::Mirror;
+use crate::kernel::QuarticSpline;
+use crate::lattice::{Lattice, NO_PARTICLE};
+use crate::tensor::{Mat3, Vec3};
+use rayon::prelude::*;
+
+/// Eigenvalues of a moment matrix below this share of the bulk value are dropped: a sliver of the
+/// body has no gradient across itself.
+const SMALLEST_MOMENT: f64 = 0.02;
+
+/// Constants of one particle on the lattice. Sums run over its neighbours b, mirror ghosts
+/// included, with X = x_b - x_a and w = -W'(r)/r.
+#[derive(Clone, Copy, Debug)]
+pub struct Moments {
+    /// V_a.
+    pub volume: f64,
+    /// L_a, the pseudo-inverse of sum V_b w X X^T.
+    pub correction: Mat3,
+    /// sum V_b w X X^T, without the dropped directions.
+    pub second: Mat3,
+    /// sum V_b w X.
+    pub first: Vec3,
+    /// sum V_b w.
+    pub zeroth: f64,
+}
+
+/// The moments of all particles.
+pub fn moments(lattice: &Lattice, volume: &[f64], mirror: &Mirror) -> Vec<Moments> {
+    let stencil = stencil(lattice);
+    (0..lattice.len())
+        .into_par_iter()
+        .map(|a| {
+            let (mut second, mut first, mut zeroth) = (Mat3::zeros(), Vec3::zeros(), 0.0);
+            let mut add = |vw: f64, x: &Vec3| {
+                second += vw * x * x.transpose();
+                first += vw * x;
+                zeroth += vw;
+            };
+            for (shift, x, w) in &stencil {
+                let b = lattice.particle_at[lattice.cell_of[a].wrapping_add_signed(*shift)];
+                if b != NO_PARTICLE {
+                    add(volume[b as usize] * w, x);
+                }
+            }
+            for ghost in mirror.ghosts_of(a) {
+                add(volume[ghost.partner as usize] * ghost.w, &ghost.x);
+            }
+            let (correction, second) = pseudo_inverse(&second, SMALLEST_MOMENT * lattice.full_moment);
+            Moments { volume: volume[a], correction, second, first, zeroth }
+        })
+        .collect()
+}
+
+/// Index shift in the padded box, X and w of every neighbour.
+pub fn stencil(lattice: &Lattice) -> Vec<(isize, Vec3, f64)> {
+    let kernel = QuarticSpline::<3>::new(lattice.smoothing_length);
+    lattice
+        .offsets
+        .iter()
+        .flat_map(|o| {
+            let reach = o.reach as isize;
+            (-reach..=reach).map(move |d| {
+                let x = Vec3::new(d as f64 * lattice.spacing, o.y, o.z);
+                (o.rows * lattice.stride as isize + d, x)
+            })
+        })
+        .filter(|(_, x)| x.norm() > 0.0 && x.norm() < kernel.support() * (1.0 - 1e-9))
+        .map(|(shift, x)| (shift, x, kernel.gradient_weight(x.norm())))
+        .collect()
+}
+
+/// Pseudo-inverse of a symmetric matrix and the matrix itself, both without eigenvalues below
+/// `smallest`.
+fn pseudo_inverse(m: &Mat3, smallest: f64) -> (Mat3, Mat3) {
+    if let Some(inverse) = m.try_inverse()
+        && m.symmetric_eigenvalues().min() > smallest
+    {
+        // Symmetric to the last bit: the operator relies on it.
+        return (0.5 * (inverse + inverse.transpose()), *m);
+    }
+    let eigen = m.symmetric_eigen();
+    let (mut inverse, mut kept) = (Mat3::zeros(), Mat3::zeros());
+    for (value, v) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+        if *value > smallest {
+            inverse += v * v.transpose() / *value;
+            kept += v * v.transpose() * *value;
+        }
+    }
+    (inverse, kept)
+}
+
+/// Area vectors A_a = -sum_b V_a V_b (L_a + L_b) grad_a W: outward, about four layers thick with
+/// alternating signs, zero inside and at mirror planes; their sum over a flat face is its area.
+pub fn area_vectors(lattice: &Lattice, moments: &[Moments], mirror: &Mirror) -> Vec<Vec3> {
+    let stencil = stencil(lattice);
+    (0..lattice.len())
+        .into_par_iter()
+        .map(|a| {
+            let mut sum = moments[a].correction * moments[a].first;
+            for (shift, x, w) in &stencil {
+                let b = lattice.particle_at[lattice.cell_of[a].wrapping_add_signed(*shift)];
+                if b != NO_PARTICLE {
+                    let b = &moments[b as usize];
+                    sum += b.volume * *w * (b.correction * x);
+                }
+            }
+            for ghost in mirror.ghosts_of(a) {
+                let b = &moments[ghost.partner as usize];
+                // L of the ghost is that of its partner, reflected.
+                let r = Mat3::from_diagonal(&ghost.reflection);
+                sum += b.volume * ghost.w * (r * b.correction * r * ghost.x);
+            }
+            -moments[a].volume * sum
+        })
+        .collect()
+}

@@ -1,0 +1,86 @@
+//! Probes: named readings at points, on surfaces and in regions, as weighted sums over particles.
+
+use crate::boundary::surface_load::quadrature;
+use crate::boundary::tag::no_particle;
+use crate::error::InvalidInput;
+use crate::mls::PointWeights;
+use crate::particles::{Evolution, Field, Particles};
+use crate::region::Region;
+use crate::setup::{Probe, Quantity};
+use crate::shape::Shape;
+use crate::simulation::Reading;
+use crate::tensor::Vec3;
+
+/// A probe with the weights of its particles, which sum to 1.
+#[derive(Clone, Debug)]
+pub struct TaggedProbe {
+    names: Vec<String>,
+    quantity: Quantity,
+    weights: Vec<(u32, f64)>,
+}
+
+impl TaggedProbe {
+    /// Finds the particles that `probe` (number `index` in the list) reads: those in its region,
+    /// weighted by volume; if there are none, the particles around the surface or the point in it, by
+    /// moving least squares.
+    ///
+    /// # Errors
+    /// `probe[i].region` when there is nothing in it.
+    pub fn new(
+        index: usize,
+        probe: &Probe,
+        shape: &dyn Shape,
+        positions: &[Vec3],
+        volume: &[f64],
+        spacing: f64,
+        weights: impl Fn(&[Vec3]) -> PointWeights,
+    ) -> Result<Self, InvalidInput> {
+        let tolerance = 1e-3 * spacing;
+        let inside: Vec<usize> =
+            (0..positions.len()).filter(|&a| probe.region.contains(&positions[a], 0.0)).collect();
+        let weights = if let Region::Point(x) = &probe.region {
+            if shape.signed_distance(x) > spacing {
+                return Err(no_particle(&format!("probe[{index}].region"), &probe.region, positions));
+            }
+            weights(&[*x]).mean(&[1.0], positions.len())
+        } else if inside.is_empty() {
+            let points: Vec<_> = quadrature(shape.surface(), 0.5 * spacing)
+                .into_iter()
+                .filter(|p| probe.region.contains_on_surface(&p.x, &p.normal, tolerance))
+                .collect();
+            if points.is_empty() {
+                return Err(no_particle(&format!("probe[{index}].region"), &probe.region, positions));
+            }
+            let x: Vec<Vec3> = points.iter().map(|p| p.x).collect();
+            let area: Vec<f64> = points.iter().map(|p| p.area).collect();
+            weights(&x).mean(&area, positions.len())
+        } else {
+            let total: f64 = inside.iter().map(|&a| volume[a]).sum();
+            inside.into_iter().map(|a| (a as u32, volume[a] / total)).collect()
+        };
+        let suffixes = Quantity::suffixes(probe.quantity.field.spec().components);
+        let names = if probe.quantity.component.is_some() || suffixes.is_empty() {
+            vec![probe.name.clone()]
+        } else {
+            suffixes.iter().map(|s| format!("{}_{s}", probe.name)).collect()
+        };
+        Ok(Self { names, quantity: probe.quantity, weights })
+    }
+
+    /// Whether the probe reads a column that is part of the state of every dynamics.
+    pub fn reads_state(&self) -> bool {
+        let field = self.quantity.field;
+        field.spec().evolution == Evolution::State && !matches!(field, Field::Strain | Field::Density)
+    }
+
+    /// The readings, one for each component.
+    pub fn read(&self, particles: &Particles, out: &mut Vec<Reading>) {
+        let column = particles.column(self.quantity.field);
+        let first = self.quantity.component.unwrap_or(0);
+        for (i, name) in self.names.iter().enumerate() {
+            let values = column.component(first + i);
+            let value = self.weights.iter().map(|&(a, w)| w * values[a as usize]).sum();
+            out.push(Reading { name: name.clone(), value });
+        }
+    }
+}

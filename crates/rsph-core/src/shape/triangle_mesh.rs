@@ -1,0 +1,209 @@
+//! A body bounded by a closed triangle surface.
+
+use super::{Bounds, Shape, columns::Columns};
+use crate::error::InvalidInput;
+use crate::mesh::TriangleMesh;
+use crate::sample::Grid;
+use crate::tensor::Vec3;
+use parry3d_f64::math::Vector;
+use parry3d_f64::query::PointQuery;
+use parry3d_f64::shape::TriMesh;
+use std::fmt;
+
+/// A body bounded by a closed triangle surface.
+#[derive(Clone)]
+pub struct MeshShape {
+    name: String,
+    surface: TriangleMesh,
+    bounds: Bounds,
+    volume: f64,
+    /// Tells inside from outside.
+    columns: Columns,
+    /// Finds the nearest point of the surface.
+    nearest: TriMesh,
+}
+
+impl MeshShape {
+    /// The body inside of `mesh`, and what was changed about the mesh, one sentence each. Vertices
+    /// at equal positions are merged; a mesh turned inside out is turned round. `name` is what
+    /// messages and summaries call it, e.g. `mesh liver.stl`.
+    ///
+    /// # Errors
+    /// `body.shape.mesh.path` when the mesh has no triangle, a vertex that is not finite, a
+    /// triangle without vertices, open edges, or no volume.
+    pub fn new(mesh: &TriangleMesh, name: &str) -> Result<(Self, Vec<String>), InvalidInput> {
+        let refuse = |problem: String, remedy: &str| {
+            Err(InvalidInput::new("body.shape.mesh.path", name, problem, remedy))
+        };
+        if let Some(t) = mesh.first_bad_triangle() {
+            return refuse(
+                format!("triangle {t} names a vertex that is not there ({} vertices)", mesh.vertices.len()),
+                "export the mesh again",
+            );
+        }
+        if let Some(v) = mesh.first_not_finite() {
+            let [x, y, z] = mesh.vertices[v].into();
+            return refuse(
+                format!("vertex {v} is ({x}, {y}, {z}); coordinates must be finite"),
+                "repair the mesh, or export it again",
+            );
+        }
+        let mut surface = mesh.merged();
+        let Some(bounds) = surface.bounds() else {
+            return refuse("the mesh has no triangles".into(), "give a closed surface");
+        };
+        let open = surface.open_edges().len();
+        if open > 0 {
+            return refuse(
+                format!(
+                    "the surface is not closed: {open} open edges (not shared by exactly two triangles \
+                     that turn the same way) of {} triangles",
+                    surface.triangles.len()
+                ),
+                "close the holes and unify the normals in a mesh editor (MeshLab, Blender, Meshmixer)",
+            );
+        }
+        let volume = surface.volume();
+        if volume.is_nan() || volume.abs() <= 1e-9 * bounds.size().norm().powi(3) {
+            return refuse(
+                format!("the surface encloses no volume ({volume:e})"),
+                "give the surface of a solid body; check `scale`",
+            );
+        }
+        let mut notes = Vec::new();
+        if volume < 0.0 {
+            surface = surface.flipped();
+            notes.push(format!(
+                "{name} was turned inside out (volume {volume:e}): its triangles were flipped"
+            ));
+        }
+        match Self::from_closed(surface, name) {
+            Some(shape) => Ok((shape, notes)),
+            None => refuse("the mesh has no triangles".into(), "give a closed surface"),
+        }
+    }
+
+    /// From a surface known to be closed, finite and outward; `None` if it is empty.
+    pub(super) fn from_closed(surface: TriangleMesh, name: &str) -> Option<Self> {
+        let vertices = surface.vertices.iter().map(|v| Vector::new(v.x, v.y, v.z)).collect();
+        Some(Self {
+            name: name.into(),
+            bounds: surface.bounds()?,
+            volume: surface.volume(),
+            columns: Columns::new(&surface),
+            nearest: TriMesh::new(vertices, surface.triangles.clone()).ok()?,
+            surface,
+        })
+    }
+}
+
+impl fmt::Debug for MeshShape {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("MeshShape")
+            .field("name", &self.name)
+            .field("triangles", &self.surface.triangles.len())
+            .field("bounds", &self.bounds)
+            .field("volume", &self.volume)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Shape for MeshShape {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn signed_distance(&self, x: &Vec3) -> f64 {
+        let p = Vector::new(x.x, x.y, x.z);
+        let distance = (self.nearest.project_local_point(p, false).point - p).length();
+        if self.columns.contains(x) { -distance } else { distance }
+    }
+
+    fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    fn volume(&self) -> f64 {
+        self.volume
+    }
+
+    fn surface(&self) -> &TriangleMesh {
+        &self.surface
+    }
+
+    fn fill(&self, grid: &Grid) -> Vec<f64> {
+        self.columns.fill(grid)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::region::Axis;
+    use crate::shape::{BoxShape, CylinderShape};
+    use approx::assert_relative_eq;
+    use proptest::prelude::*;
+
+    fn cube() -> TriangleMesh {
+        BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap().surface().clone()
+    }
+
+    #[test]
+    fn a_flipped_mesh_is_turned_round_and_says_so() {
+        let (shape, notes) = MeshShape::new(&cube().flipped(), "mesh cube.stl").unwrap();
+        assert_relative_eq!(shape.volume(), 1.0, epsilon = 1e-12);
+        assert!(notes[0].contains("inside out"));
+        assert!(MeshShape::new(&cube(), "mesh cube.stl").unwrap().1.is_empty());
+    }
+
+    #[test]
+    fn bad_meshes_are_refused_with_the_reason() {
+        let problem = |m: &TriangleMesh| MeshShape::new(m, "mesh x.stl").unwrap_err().problem;
+        assert!(problem(&TriangleMesh::default()).contains("no triangles"));
+        let mut m = cube();
+        m.triangles.pop();
+        assert!(problem(&m).contains("3 open edges"), "{}", problem(&m));
+        m = cube();
+        m.vertices[2].x = f64::NAN;
+        assert!(problem(&m).contains("vertex 2"));
+        m = cube();
+        m.triangles[1][2] = 8;
+        assert!(problem(&m).contains("triangle 1"));
+        m = cube();
+        for v in &mut m.vertices {
+            v.z *= 1e-14;
+        }
+        assert!(problem(&m).contains("no volume"), "{}", problem(&m));
+    }
+
+    proptest! {
+        /// Triangles give the same distance as the formula.
+        #[test]
+        fn distances_agree_with_the_formula(x in -1.0..2.0_f64, y in -1.0..2.0_f64, z in -1.0..2.0_f64) {
+            let exact = BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap();
+            let shape = MeshShape::new(exact.surface(), "mesh cube").unwrap().0;
+            let p = Vec3::new(x, y, z);
+            prop_assert!((shape.signed_distance(&p) - exact.signed_distance(&p)).abs() < 1e-12);
+        }
+
+        /// No surface soup, however broken, makes the constructor panic.
+        #[test]
+        fn any_soup_is_met_at_the_door(
+            points in prop::collection::vec(prop::array::uniform3(-1e3..1e3_f64), 0..8),
+            triangles in prop::collection::vec(prop::array::uniform3(0..9_u32), 0..12),
+        ) {
+            let mesh = TriangleMesh { vertices: points.into_iter().map(Vec3::from).collect(), triangles };
+            let _ = MeshShape::new(&mesh, "mesh soup");
+        }
+    }
+
+    #[test]
+    fn filling_a_mesh_agrees_with_filling_the_formula() {
+        let exact = CylinderShape::new(Axis::Y, 0.4, 0.9, Vec3::new(0.0, -0.45, 0.0)).unwrap();
+        let shape = MeshShape::new(exact.surface(), "mesh cylinder").unwrap().0;
+        let grid = Grid { origin: Vec3::repeat(-0.5), spacing: 0.1, cells: [10, 10, 10] };
+        for (a, b) in shape.fill(&grid).iter().zip(exact.fill(&grid)) {
+            assert!((a - b).abs() < 0.08, "{a} {b}");
+        }
+    }
+}

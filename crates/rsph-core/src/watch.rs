@@ -1,0 +1,99 @@
+//! The watchdog: a simulation that goes wrong stops by itself and keeps its last good state.
+
+use crate::dynamics::{Dynamics, Energy};
+use crate::error::{Failure, FailureKind};
+use crate::particles::{Column, Field, Particles};
+
+/// Steps between two looks at the state.
+const INTERVAL: u64 = 20;
+/// Energy that may appear from nowhere, as a share of the largest energy or work so far. A good run
+/// stays below 1e-3; one that blows up passes any bound within a few looks.
+const TOLERANCE: f64 = 0.25;
+
+/// Keeps the last good state and knows what a good state is.
+#[derive(Clone, Debug)]
+pub struct Watch {
+    good: Vec<Column>,
+    time: f64,
+    step: u64,
+    start: f64,
+    scale: f64,
+}
+
+impl Watch {
+    /// Starts from a good state of that energy.
+    pub fn new(dynamics: &dyn Dynamics, particles: &Particles, energy: Energy) -> Self {
+        let start = energy.kinetic + energy.elastic;
+        Self { good: copy(dynamics, particles), time: 0.0, step: 0, start, scale: start }
+    }
+
+    /// Whether it is time for a look.
+    pub fn is_due(&self, step: u64) -> bool {
+        step >= self.step + INTERVAL
+    }
+
+    /// Looks at the state after `step` steps and keeps it if it is good.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn check(
+        &mut self,
+        dynamics: &dyn Dynamics,
+        particles: &Particles,
+        energy: Energy,
+        work: f64,
+        time: f64,
+        step: u64,
+    ) -> Result<(), Failure> {
+        let u = particles.column(Field::Displacement);
+        let n = particles.len();
+        let fail = |kind, what: String, a: Option<usize>| Failure {
+            kind,
+            time,
+            step,
+            what,
+            place: a.map(|a| particles.column(Field::Reference).vector(a)),
+            remedy: "take `time.dt = \"auto\"`, check the loads against the stiffness, and use \
+                     `solver.formulation = \"adjoint\"`"
+                .into(),
+        };
+        for field in dynamics.integrated() {
+            let column = particles.column(*field);
+            if let Some(i) = column.values().iter().position(|x| !x.is_finite()) {
+                let what = format!("{} is not a finite number", field.spec().name);
+                return Err(fail(FailureKind::NotFinite, what, Some(i % n)));
+            }
+        }
+        let farthest = (0..n).max_by(|&a, &b| u.vector(a).norm().total_cmp(&u.vector(b).norm()));
+        let total = energy.kinetic + energy.elastic;
+        let excess = total - self.start - work;
+        self.scale = self.scale.max(work.abs());
+        if !total.is_finite() || excess > TOLERANCE * self.scale {
+            let what = format!(
+                "unstable: kinetic {:.4e} + elastic {:.4e} energy is {:.4e} more than the body had and \
+                 the work done on it ({work:.4e})",
+                energy.kinetic, energy.elastic, excess
+            );
+            return Err(fail(FailureKind::Unstable, what, farthest));
+        }
+        self.scale = self.scale.max(total);
+        for (good, field) in self.good.iter_mut().zip(dynamics.integrated()) {
+            good.values_mut().copy_from_slice(particles.column(*field).values());
+        }
+        (self.time, self.step) = (time, step);
+        Ok(())
+    }
+
+    /// Puts the last good state back; returns its time and step.
+    pub fn restore(&self, dynamics: &dyn Dynamics, particles: &mut Particles) -> (f64, u64) {
+        for (good, field) in self.good.iter().zip(dynamics.integrated()) {
+            particles.column_mut(*field).values_mut().copy_from_slice(good.values());
+        }
+        (self.time, self.step)
+    }
+}
+
+fn copy(dynamics: &dyn Dynamics, particles: &Particles) -> Vec<Column> {
+    let own = |f: &Field| Column::from_vec(particles.column(*f).values().to_vec(), particles.len());
+    dynamics.integrated().iter().map(own).collect()
+}
