@@ -1,0 +1,183 @@
+//! `summary.json`: what a run amounted to, in names that scripts rely on.
+
+use super::{RunInfo, VERSION};
+use crate::sink::{Outcome, Status};
+use rsph_core::simulation::Conservation;
+use rsph_core::tensor::Vec3;
+use serde::Serialize;
+
+/// Energies of the last moment (J; energy unit of the scenario).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Energy {
+    /// Of motion.
+    pub kinetic: f64,
+    /// Of deformation.
+    pub elastic: f64,
+    /// Work done on the body since the start.
+    pub external_work: f64,
+    /// Taken by the viscosity since the start.
+    pub dissipated: f64,
+}
+
+/// Why a run failed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FailureSummary {
+    /// `not_finite`, `unstable`, `inverted`.
+    pub kind: &'static str,
+    /// Simulated time of the last good state.
+    pub time: f64,
+    /// Step that failed.
+    pub step: u64,
+    /// What happened.
+    pub what: String,
+    /// Reference position where it shows most.
+    pub place: Option<[f64; 3]>,
+    /// What to change.
+    pub remedy: String,
+}
+
+/// The contents of `summary.json`. Numbers that are not finite become `null`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Title of the scenario.
+    pub title: String,
+    /// `finished`, `interrupted` or `failed`.
+    pub status: &'static str,
+    /// Why, if it failed.
+    pub failure: Option<FailureSummary>,
+    /// Number of particles at the end.
+    pub particles: usize,
+    /// Time steps taken.
+    pub steps: u64,
+    /// Simulated time reached.
+    pub time: f64,
+    /// Wall time of the run loop (s).
+    pub wall_seconds: f64,
+    /// Steps per second of wall time.
+    pub steps_per_second: f64,
+    /// Right-hand sides evaluated.
+    pub rhs_evaluations: u64,
+    /// Particles x right-hand sides per second of wall time.
+    pub particle_updates_per_second: f64,
+    /// Simulated time per wall time.
+    pub real_time_factor: f64,
+    /// |mass - mass at the start| / mass at the start.
+    pub mass_error: f64,
+    /// Relative error of the momentum balance.
+    pub momentum_error: f64,
+    /// Energies at the end.
+    pub energy: Energy,
+    /// Time step.
+    pub dt: f64,
+    /// Largest stable time step.
+    pub dt_limit: f64,
+    /// Threads used.
+    pub threads: usize,
+    /// Version of rsph.
+    pub version: &'static str,
+    /// SHA-256 of the scenario as run.
+    pub scenario_sha256: String,
+    /// `SI` or `normalised`.
+    pub units: &'static str,
+    /// Particle spacing dx.
+    pub spacing: f64,
+    /// Smoothing length h.
+    pub smoothing_length: f64,
+    /// Neighbours of an inner particle.
+    pub neighbours: usize,
+    /// Volume of the particles.
+    pub volume: f64,
+    /// Volume of the shape.
+    pub shape_volume: f64,
+    /// Total force of the loads at the end.
+    pub load: [f64; 3],
+    /// Total force of the clamps on the body at the end.
+    pub reaction: [f64; 3],
+    /// Number of frames stored.
+    pub frames: usize,
+    /// Things the user should know.
+    pub notes: Vec<String>,
+}
+
+impl Summary {
+    /// Sums up a run whose last moment had `particles` and `conservation`.
+    pub fn new(
+        info: &RunInfo,
+        outcome: &Outcome,
+        conservation: &Conservation,
+        particles: usize,
+        frames: usize,
+    ) -> Self {
+        let d = &info.description;
+        let rate = |x: f64| if outcome.wall_seconds > 0.0 { x / outcome.wall_seconds } else { 0.0 };
+        let (status, failure) = match &outcome.status {
+            Status::Finished => ("finished", None),
+            Status::Interrupted => ("interrupted", None),
+            Status::Failed(f) => ("failed", Some(f)),
+        };
+        Self {
+            title: info.title.clone(),
+            status,
+            failure: failure.map(failure_summary),
+            particles,
+            steps: outcome.steps,
+            time: outcome.time,
+            wall_seconds: outcome.wall_seconds,
+            steps_per_second: rate(outcome.steps as f64),
+            rhs_evaluations: outcome.rhs_evaluations,
+            particle_updates_per_second: rate(particles as f64 * outcome.rhs_evaluations as f64),
+            real_time_factor: rate(outcome.time),
+            mass_error: conservation.mass_error,
+            momentum_error: conservation.momentum_error,
+            energy: Energy {
+                kinetic: conservation.kinetic_energy,
+                elastic: conservation.elastic_energy,
+                external_work: conservation.external_work,
+                dissipated: conservation.dissipated,
+            },
+            dt: d.dt,
+            dt_limit: d.dt_limit,
+            threads: outcome.threads,
+            version: VERSION,
+            scenario_sha256: info.scenario_sha256(),
+            units: super::units::name(info.units),
+            spacing: d.spacing,
+            smoothing_length: d.smoothing_length,
+            neighbours: d.neighbours,
+            volume: d.volume,
+            shape_volume: d.shape_volume,
+            load: components(&conservation.load),
+            reaction: components(&conservation.reaction),
+            frames,
+            notes: d.notes.clone(),
+        }
+    }
+
+    /// As the text of `summary.json`.
+    ///
+    /// # Errors
+    /// When it can not be expressed in JSON, which does not happen for this type.
+    pub fn to_json(&self) -> serde_json::Result<String> {
+        serde_json::to_string_pretty(self).map(|s| s + "\n")
+    }
+}
+
+fn failure_summary(f: &rsph_core::error::Failure) -> FailureSummary {
+    use rsph_core::error::FailureKind::{Inverted, NotFinite, Unstable};
+    FailureSummary {
+        kind: match f.kind {
+            NotFinite => "not_finite",
+            Unstable => "unstable",
+            Inverted => "inverted",
+        },
+        time: f.time,
+        step: f.step,
+        what: f.what.clone(),
+        place: f.place.as_ref().map(components),
+        remedy: f.remedy.clone(),
+    }
+}
+
+fn components(v: &Vec3) -> [f64; 3] {
+    (*v).into()
+}

@@ -1,0 +1,137 @@
+//! A made-up run: a ball that is sheared and stretched, with a made-up strain, in place of a
+//! simulation.
+#![allow(dead_code, reason = "each test program uses another part of it")]
+
+use rsph_core::mesh::TriangleMesh;
+use rsph_core::particles::{Column, Field, Particles};
+use rsph_core::simulation::{Conservation, Description, Reading};
+use rsph_core::snapshot::Snapshot;
+use rsph_core::surface::{Surface, SurfaceField};
+use rsph_core::tensor::{Mat3, SymTensor, Vec3};
+
+/// Displacement gradient of the made-up motion, which bends a little more towards the top.
+fn gradient(t: f64, x: &Vec3) -> Mat3 {
+    let a = 0.01 * (1.0 - (-t).exp());
+    Mat3::new(-0.3, 0.0, 0.8 + 2.0 * x.z, 0.0, -0.3, 0.0, 0.0, 0.0, 1.0) * a
+}
+
+fn displacement(t: f64, x: &Vec3) -> Vec3 {
+    gradient(t, x) * x
+}
+
+/// The lattice points of a ball of radius 1 with `cells` cells along the diameter, at time `t`.
+pub fn snapshot(t: f64, step: u64, cells: usize) -> Snapshot {
+    let spacing = 2.0 / cells as f64;
+    let at = |i: usize| -1.0 + (i as f64 + 0.5) * spacing;
+    let mut x = Vec::new();
+    for k in 0..cells {
+        for j in 0..cells {
+            x.extend((0..cells).map(|i| Vec3::new(at(i), at(j), at(k))).filter(|x| x.norm() < 1.0));
+        }
+    }
+    let n = x.len();
+    let u: Vec<_> = x.iter().map(|x| displacement(t, x)).collect();
+    let v: Vec<_> = u.iter().map(|u| u * (-t).exp()).collect();
+    let strain: Vec<_> = x.iter().map(|x| SymTensor::symmetric_part(&gradient(t, x))).collect();
+    let stress: Vec<_> = strain.iter().map(|e| *e * 100.0).collect();
+    let tensors = |s: &[SymTensor]| {
+        Column::from_vec((0..6).flat_map(|c| s.iter().map(move |s| s.0[c])).collect(), s.len())
+    };
+    let mut p = Particles::new(n);
+    p.set(Field::Reference, Column::from_vectors(&x));
+    p.set(Field::Displacement, Column::from_vectors(&u));
+    p.set(Field::Velocity, Column::from_vectors(&v));
+    p.set(Field::Mass, Column::from_vec(vec![spacing.powi(3); n], n));
+    p.set(Field::Volume, Column::from_vec(vec![spacing.powi(3); n], n));
+    p.set(Field::Density, Column::from_vec(strain.iter().map(|e| 1.0 - e.trace()).collect(), n));
+    p.set(Field::Strain, tensors(&strain));
+    p.set(Field::Stress, tensors(&stress));
+    p.set(Field::LevelSet, Column::from_vec(x.iter().map(|x| x.norm() - 1.0).collect(), n));
+    p.set(Field::VonMises, Column::from_vec(stress.iter().map(|s| s.von_mises()).collect(), n));
+    Snapshot { time: t, step, particles: p }
+}
+
+/// The ball's surface at time `t`, with `rings` rings of vertices between its poles.
+pub fn surface(t: f64, rings: usize) -> Surface {
+    let around = 2 * rings;
+    let mut x = vec![Vec3::new(0.0, 0.0, 1.0)];
+    for i in 1..=rings {
+        let polar = std::f64::consts::PI * i as f64 / (rings + 1) as f64;
+        for j in 0..around {
+            let azimuth = std::f64::consts::TAU * j as f64 / around as f64;
+            x.push(Vec3::new(polar.sin() * azimuth.cos(), polar.sin() * azimuth.sin(), polar.cos()));
+        }
+    }
+    x.push(Vec3::new(0.0, 0.0, -1.0));
+    let at = |ring: usize, j: usize| (1 + (ring - 1) * around + j % around) as u32;
+    let south = x.len() as u32 - 1;
+    let mut triangles = Vec::new();
+    for j in 0..around {
+        triangles.push([0, at(1, j), at(1, j + 1)]);
+        for i in 1..rings {
+            triangles.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
+            triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+        }
+        triangles.push([at(rings, j), south, at(rings, j + 1)]);
+    }
+
+    let strain: Vec<_> = x.iter().map(|x| SymTensor::symmetric_part(&gradient(t, x))).collect();
+    let normal = |i: usize| strain[i].dot(&x[i]).dot(&x[i]);
+    let shear = |i: usize| (strain[i].dot(&x[i]) - x[i] * normal(i)).norm();
+    let field = |name, components, values| SurfaceField { name, components, values };
+    let n = x.len();
+    let fields = vec![
+        field(
+            "displacement",
+            3,
+            x.iter().flat_map(|x| displacement(t, x).iter().copied().collect::<Vec<_>>()).collect(),
+        ),
+        field("strain", 6, strain.iter().flat_map(|e| e.0).collect()),
+        field("von_mises", 1, strain.iter().map(|e| 100.0 * e.von_mises()).collect()),
+        field("normal_strain", 1, (0..n).map(normal).collect()),
+        field("shear_strain", 1, (0..n).map(shear).collect()),
+    ];
+    let vertices = x.iter().map(|x| x + displacement(t, x)).collect();
+    Surface { mesh: TriangleMesh { vertices, triangles }, fields }
+}
+
+/// The conserved sums of the made-up run at time `t`.
+pub fn conservation(t: f64) -> Conservation {
+    let s = 1.0 - (-t).exp();
+    Conservation {
+        mass: 4.19,
+        momentum: Vec3::new(0.0, 0.0, 1e-3 * (-t).exp()),
+        kinetic_energy: 2e-3 * s * (-t).exp(),
+        elastic_energy: 4e-3 * s * s,
+        external_work: 1e-2 * s,
+        dissipated: 5e-3 * s * s,
+        load: Vec3::new(0.0, 0.0, 1.0),
+        reaction: Vec3::new(0.0, 0.0, -s),
+        momentum_error: 1e-14 * (1.0 + t),
+        mass_error: 0.0,
+    }
+}
+
+/// Readings of a scalar and a vector probe.
+pub fn readings(t: f64) -> Vec<Reading> {
+    let u = displacement(t, &Vec3::new(0.0, 0.0, 1.0));
+    let reading = |name: &str, value| Reading { name: name.to_owned(), value };
+    vec![reading("extension", u.z), reading("tip_x", u.x), reading("tip_y", u.y), reading("tip_z", u.z)]
+}
+
+/// What is known of the made-up run before its start.
+pub fn description() -> Description {
+    Description {
+        particles: snapshot(0.0, 0, 10).len(),
+        spacing: 0.2,
+        smoothing_length: 0.25,
+        neighbours: 56,
+        dt: 0.01,
+        dt_limit: 0.0111,
+        limited_by_viscosity: true,
+        volume: 4.16,
+        shape_volume: 4.19,
+        load: Vec3::new(0.0, 0.0, 1.0),
+        notes: vec!["The made-up run is not a simulation.".to_owned()],
+    }
+}
