@@ -2,6 +2,7 @@
 
 mod lower;
 pub mod output;
+pub mod mesh_io;
 pub mod run;
 pub mod scenario;
 mod shape_of;

@@ -218,7 +218,7 @@ struct Recorder<'a> {
 }
 
 impl Recorder<'_> {
-    fn sample(&mut self, s: &Simulation) -> Result<(), SinkError> {
+    fn sample(&mut self, s: &mut Simulation) -> Result<(), SinkError> {
         if self.last_sample.replace(s.step_count()) == Some(s.step_count()) {
             return Ok(());
         }
@@ -226,12 +226,13 @@ impl Recorder<'_> {
     }
 
     /// A frame, and a sample with it.
-    fn frame(&mut self, s: &Simulation) -> Result<(), SinkError> {
+    fn frame(&mut self, s: &mut Simulation) -> Result<(), SinkError> {
         self.sample(s)?;
         if self.last_frame.replace(s.step_count()) == Some(s.step_count()) {
             return Ok(());
         }
-        self.sink.frame(&s.snapshot(), &s.surface(), &s.conservation())
+        let snapshot = s.snapshot();
+        self.sink.frame(&snapshot, &s.surface(&snapshot), &s.conservation())
     }
 }
 

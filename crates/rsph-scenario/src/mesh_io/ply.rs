@@ -1,0 +1,160 @@
+//! PLY, ASCII and binary.
+
+use super::{MeshError, fan};
+use ply_rs_bw::parser::{Parser, Reader};
+use ply_rs_bw::ply::{
+    DefaultElement, ElementDef, Encoding, Ply, Property, PropertyAccess, PropertyAccessResult, PropertyDef,
+    PropertyType, ScalarType,
+};
+use ply_rs_bw::writer::Writer;
+use rsph_core::mesh::TriangleMesh;
+use rsph_core::setup::Quantity;
+use rsph_core::surface::SurfaceField;
+use rsph_core::tensor::Vec3;
+use std::io;
+use std::path::Path;
+
+/// A vertex, a face, or something else in a file.
+#[derive(Default)]
+struct Item {
+    position: Vec3,
+    corners: Vec<u32>,
+}
+
+impl PropertyAccess for Item {
+    fn new() -> Self {
+        Self::default()
+    }
+
+    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        let axis = match name {
+            "x" => 0,
+            "y" => 1,
+            "z" => 2,
+            "vertex_indices" | "vertex_index" => {
+                return match vertex_numbers(&property) {
+                    Some(corners) => {
+                        self.corners = corners;
+                        PropertyAccessResult::Set
+                    }
+                    None => PropertyAccessResult::UnsupportedType,
+                };
+            }
+            _ => return PropertyAccessResult::Ignored,
+        };
+        match number(&property) {
+            Some(value) => {
+                self.position[axis] = value;
+                PropertyAccessResult::Set
+            }
+            None => PropertyAccessResult::UnsupportedType,
+        }
+    }
+}
+
+fn number(property: &Property) -> Option<f64> {
+    match *property {
+        Property::Float(v) => Some(f64::from(v)),
+        Property::Double(v) => Some(v),
+        Property::Char(v) => Some(f64::from(v)),
+        Property::UChar(v) => Some(f64::from(v)),
+        Property::Short(v) => Some(f64::from(v)),
+        Property::UShort(v) => Some(f64::from(v)),
+        Property::Int(v) => Some(f64::from(v)),
+        Property::UInt(v) => Some(f64::from(v)),
+        _ => None,
+    }
+}
+
+/// Vertex numbers of a face; a negative one becomes one that no vertex has.
+fn vertex_numbers(property: &Property) -> Option<Vec<u32>> {
+    fn from<T: Copy>(list: &[T]) -> Vec<u32>
+    where
+        u32: TryFrom<T>,
+    {
+        list.iter().map(|&v| u32::try_from(v).unwrap_or(u32::MAX)).collect()
+    }
+    match property {
+        Property::ListChar(l) => Some(from(l)),
+        Property::ListUChar(l) => Some(from(l)),
+        Property::ListShort(l) => Some(from(l)),
+        Property::ListUShort(l) => Some(from(l)),
+        Property::ListInt(l) => Some(from(l)),
+        Property::ListUInt(l) => Some(l.clone()),
+        _ => None,
+    }
+}
+
+pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
+    let invalid =
+        |e: &dyn std::fmt::Display| MeshError::malformed(path, format!("not a valid PLY file: {e}"));
+    let parser = Parser::<Item>::new();
+    let mut reader = Reader::new(bytes);
+    let header = parser.read_header(&mut reader).map_err(|e| invalid(&e))?;
+    let has = |element: &str, property: &str| {
+        header.elements.get(element).is_some_and(|e| e.properties.contains_key(property))
+    };
+    if let Some(missing) = ["x", "y", "z"].into_iter().find(|p| !has("vertex", p)) {
+        return Err(invalid(&format!("vertices have no property \"{missing}\"")));
+    }
+    let mut mesh = TriangleMesh::default();
+    for (name, element) in &header.elements {
+        // Every element takes a byte or more: without this check a header could fill the memory.
+        if element.count > bytes.len() || element.properties.is_empty() && element.count > 0 {
+            let problem = format!(
+                "the header announces {} elements \"{name}\", more than the {} bytes of the file can hold",
+                element.count,
+                bytes.len()
+            );
+            return Err(invalid(&problem));
+        }
+        let items =
+            parser.read_payload_for_element(&mut reader, element, &header).map_err(|e| invalid(&e))?;
+        match name.as_str() {
+            "vertex" => mesh.vertices = items.iter().map(|i| i.position).collect(),
+            "face" => mesh.triangles = items.iter().flat_map(|i| fan(&i.corners)).collect(),
+            _ => {}
+        }
+    }
+    Ok(mesh)
+}
+
+pub(super) fn format(mesh: &TriangleMesh, fields: &[SurfaceField]) -> io::Result<Vec<u8>> {
+    let mut vertex = ElementDef::new("vertex".into());
+    let mut names: Vec<String> = ["x", "y", "z"].map(String::from).to_vec();
+    for field in fields {
+        match field.components {
+            1 => names.push(field.name.into()),
+            n => names.extend(Quantity::suffixes(n).iter().map(|s| format!("{}_{s}", field.name))),
+        }
+    }
+    for name in &names {
+        let property = PropertyDef::new(name.clone(), PropertyType::Scalar(ScalarType::Double));
+        vertex.properties.insert(name.clone(), property);
+    }
+    let mut face = ElementDef::new("face".into());
+    let corners =
+        PropertyDef::new("vertex_indices".into(), PropertyType::List(ScalarType::UChar, ScalarType::UInt));
+    face.properties.insert("vertex_indices".into(), corners);
+
+    let mut ply = Ply::<DefaultElement>::new();
+    ply.header.encoding = Encoding::BinaryLittleEndian;
+    ply.header.elements.insert("vertex".into(), vertex);
+    ply.header.elements.insert("face".into(), face);
+    let vertices = mesh.vertices.iter().enumerate().map(|(v, x)| {
+        let values = x.iter().chain(fields.iter().flat_map(|f| {
+            let n = f.components;
+            f.values.get(v * n..(v + 1) * n).unwrap_or_default()
+        }));
+        names.iter().cloned().zip(values.map(|&value| Property::Double(value))).collect()
+    });
+    ply.payload.insert("vertex".into(), vertices.collect());
+    let faces = mesh
+        .triangles
+        .iter()
+        .map(|t| std::iter::once(("vertex_indices".into(), Property::ListUInt(t.to_vec()))).collect());
+    ply.payload.insert("face".into(), faces.collect());
+    let mut bytes = Vec::new();
+    Writer::new().write_ply(&mut bytes, &mut ply)?;
+    Ok(bytes)
+}
