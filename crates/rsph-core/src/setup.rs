@@ -44,6 +44,9 @@ impl Ramp {
     }
 }
 
+/// From positions to as many vectors.
+pub type PointwiseFunction = dyn Fn(&[Vec3]) -> Vec<Vec3> + Send + Sync;
+
 /// A vector field over the undeformed body, for initial values.
 #[derive(Clone)]
 pub enum VectorField {
@@ -63,8 +66,8 @@ pub enum VectorField {
         /// A point of the axis.
         centre: Vec3,
     },
-    /// Any function of the reference position.
-    Function(Arc<dyn Fn(&Vec3) -> Vec3 + Send + Sync>),
+    /// Any function of the reference positions, all of them at once: one vector for each.
+    Function(Arc<PointwiseFunction>),
 }
 
 impl std::fmt::Debug for VectorField {
@@ -85,13 +88,15 @@ impl Default for VectorField {
 }
 
 impl VectorField {
-    /// The vector at the reference position `x`.
-    pub fn at(&self, x: &Vec3) -> Vec3 {
+    /// The vectors at the reference positions `points`.
+    pub fn at(&self, points: &[Vec3]) -> Vec<Vec3> {
         match self {
-            Self::Constant(c) => *c,
-            Self::Affine { constant, gradient } => constant + gradient * x,
-            Self::Rotation { rate, centre } => rate.cross(&(x - centre)),
-            Self::Function(f) => f(x),
+            Self::Constant(c) => vec![*c; points.len()],
+            Self::Affine { constant, gradient } => {
+                points.iter().map(|x| constant + gradient * x).collect()
+            }
+            Self::Rotation { rate, centre } => points.iter().map(|x| rate.cross(&(x - centre))).collect(),
+            Self::Function(f) => f(points),
         }
     }
 }
