@@ -5,9 +5,7 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use rsph_core::material::KelvinVoigt;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{
-    Boundary, Initial, Load, LoadKind, Ramp, Setup, Solver, TimeStep, Units,
-};
+use rsph_core::setup::{Boundary, Initial, Load, LoadKind, Ramp, Setup, Solver, TimeStep, Units};
 use rsph_core::shape::BoxShape;
 use rsph_core::simulation::Simulation;
 use rsph_core::tensor::Vec3;

@@ -92,9 +92,7 @@ impl VectorField {
     pub fn at(&self, points: &[Vec3]) -> Vec<Vec3> {
         match self {
             Self::Constant(c) => vec![*c; points.len()],
-            Self::Affine { constant, gradient } => {
-                points.iter().map(|x| constant + gradient * x).collect()
-            }
+            Self::Affine { constant, gradient } => points.iter().map(|x| constant + gradient * x).collect(),
             Self::Rotation { rate, centre } => points.iter().map(|x| rate.cross(&(x - centre))).collect(),
             Self::Function(f) => f(points),
         }

@@ -1,8 +1,8 @@
 //! Scenario files, the run loop and what surrounds a simulation.
 
 mod lower;
-pub mod output;
 pub mod mesh_io;
+pub mod output;
 pub mod run;
 pub mod scenario;
 mod shape_of;

@@ -38,8 +38,9 @@ pub fn shape_of(
         }
         ShapeTable::Mesh { path, scale } => {
             let key = KeyPath::from("body.shape.mesh.path");
-            let mesh = read_mesh(&base_dir.join(path), *scale)
-                .map_err(|e| doc.error(&key, format!("{}: {}", e.path().display(), e.problem()), e.remedy()))?;
+            let mesh = read_mesh(&base_dir.join(path), *scale).map_err(|e| {
+                doc.error(&key, format!("{}: {}", e.path().display(), e.problem()), e.remedy())
+            })?;
             let (shape, notes) = MeshShape::new(&mesh, &format!("mesh {path}")).map_err(|e| refuse(&e))?;
             Ok((Arc::new(shape), notes))
         }
