@@ -7,6 +7,18 @@ import numpy.typing as npt
 _Array = npt.NDArray[np.float64]
 _Indices = npt.NDArray[np.uint32]
 
+__all__ = [
+    "Shape",
+    "Simulation",
+    "Snapshot",
+    "__version__",
+    "check",
+    "describe_results",
+    "material_models",
+    "organ_names",
+    "read_frame",
+]
+
 __version__: str
 
 class _Model(TypedDict):

@@ -53,7 +53,7 @@ def check(name: str, **tables: Any) -> None:
         start = next((f"{table}[0]" for table in tables if e.key.startswith(f"{table}[0]")), None)
         if start is None:
             raise
-        key = (name + e.key.removeprefix(start)).removesuffix(".")
+        key = (name + e.key.removeprefix(start)).removeprefix(".")
         message = str(e).split("\n  help: ", maxsplit=1)[0].replace(e.key, key)
         raise InputError(message, key=key, value=e.value, remedy=e.remedy) from None
 

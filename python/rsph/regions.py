@@ -86,7 +86,7 @@ def ball(*, centre: Vector, radius: float) -> Region:
 
 
 def surface_patch(*, centre: Vector, radius: float, facing: Vector) -> Region:
-    """The part of the body's surface in a ball whose outward normal is within 90 degrees of ``facing``.
+    """The part of the body's surface in a ball whose normal is within 90 degrees of ``facing``.
 
     Args:
         centre: centre of the ball (m), shape (3,).
@@ -120,7 +120,7 @@ def _checked(region: Region) -> Region:
 
 def _combined(word: str, a: Region, sign: str, b: object) -> Region:
     if not isinstance(b, Region):
-        return NotImplemented
+        raise TypeError(f"`{sign}` combines regions, not a region and {b!r}")
     return Region({word: [a._table, b._table]}, f"({a._words} {sign} {b._words})")
 
 

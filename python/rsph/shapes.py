@@ -134,7 +134,7 @@ class Mesh(Shape):
             raise InputError(
                 "`body.shape.mesh`: needs either a path, or vertices and triangles",
                 key="body.shape.mesh",
-                remedy='for example Mesh("liver.stl", scale=0.001) or Mesh(vertices=v, triangles=t)',
+                remedy='for example Mesh("liver.stl") or Mesh(vertices=v, triangles=t)',
             )
         for note in self._shape.notes:
             warnings.warn(note, RsphWarning, stacklevel=2)
@@ -148,8 +148,9 @@ def organs() -> list[str]:
 def _indices(triangles: npt.ArrayLike) -> npt.NDArray[np.uint32]:
     table: npt.NDArray[np.int64] = _table("triangles", triangles, np.int64)
     if table.size and (table.min() < 0 or table.max() > np.iinfo(np.uint32).max):
+        wrong = table.min() if table.min() < 0 else table.max()
         raise InputError(
-            f"`triangles`: holds the vertex index {table.min() if table.min() < 0 else table.max()}",
+            f"`triangles`: holds the vertex index {wrong}",
             key="triangles",
             remedy="vertex indices count from 0",
         )

@@ -8,7 +8,7 @@ import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +28,7 @@ __all__ = ["Description", "Simulation"]
 
 Array = npt.NDArray[np.float64]
 History: TypeAlias = dict[str, Array]
+_T = TypeVar("_T")
 
 # `run` records the probes at least this often, or at every step if it has fewer.
 _MIN_SAMPLES = 1000
@@ -349,7 +350,7 @@ class _Progress:
         sys.stderr.write("\n")
 
 
-def _list(values: Sequence[object], kind: type, name: str) -> Sequence[object]:
+def _list(values: Sequence[_T], kind: type[_T], name: str) -> Sequence[_T]:
     if isinstance(values, kind):
         remedy = f"wrap it in brackets: {name}=[...]"
         raise InputError(f"`{name}`: needs a list", key=name, remedy=remedy)

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from conftest import BOTTOM, ROOT, TOP, cube, pulled
 
 import rsph
 from rsph import regions, shapes
+
+from conftest import BOTTOM, ROOT, TOP, cube, pulled
 
 CUBE_TRIANGLES = shapes.Box(size=(1, 1, 1)).triangles
 CUBE_VERTICES = shapes.Box(size=(1, 1, 1)).vertices

@@ -6,9 +6,10 @@ import time
 
 import numpy as np
 import pytest
-from conftest import ROOT, cube, pulled
 
 import rsph
+
+from conftest import ROOT, cube, pulled
 
 
 def test_arrays_are_views_that_nobody_can_write(sim):
@@ -164,7 +165,7 @@ def test_from_toml_runs_the_scenario_as_the_command_line_does():
 
 
 def test_the_paper_formulation_fails_and_says_when():
-    sim = pulled(formulation="paper", dt=1e-3)
+    sim = pulled(formulation="paper", dt=1e-3, spacing=1 / 7)
     with pytest.raises(rsph.SimulationError, match="help: ") as e:
         sim.run(until=10.0)
     assert 0 < e.value.time < 10
