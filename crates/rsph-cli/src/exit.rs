@@ -2,6 +2,8 @@
 
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, MietteDiagnostic, Severity};
 use rsph_core::error::Failure;
+use rsph_scenario::mesh_io::MeshError;
+use rsph_scenario::output::vtkhdf::VtkHdfError;
 use rsph_scenario::run::RunError;
 use rsph_scenario::scenario::ScenarioError;
 use std::io::{IsTerminal, Write};
@@ -34,6 +36,16 @@ impl Trouble {
     /// Wrong input: what is wrong, and what to do.
     pub fn input(what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::new(Code::WrongInput, what, remedy)
+    }
+
+    /// A mesh that can not be read or written.
+    pub fn mesh(error: &MeshError) -> Self {
+        Self::input(format!("{}: {}", error.path().display(), error.problem()), error.remedy())
+    }
+
+    /// A results file that can not be read.
+    pub fn results(error: &VtkHdfError) -> Self {
+        Self::input(error.to_string(), &error.remedy)
     }
 
     /// The system failed: what happened, and what to do.

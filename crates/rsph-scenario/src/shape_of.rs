@@ -1,9 +1,9 @@
 //! The body's shape from its table: the one place that knows how shapes are built.
 
 use crate::mesh_io::read_mesh;
-use crate::scenario::{BodyTable, Document, KeyPath, OrganName, ScenarioError, ShapeTable};
-use rsph_core::error::InvalidInput;
-use rsph_core::shape::{self, BoxShape, CylinderShape, MeshShape, Shape, SphereShape};
+use crate::scenario::{BodyTable, Document, KeyPath, ScenarioError, ShapeTable};
+use rsph_core::shape::{BoxShape, CylinderShape, MeshShape, Shape, SphereShape, organ};
+use rsph_core::tensor::Vec3;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -17,31 +17,34 @@ pub fn shape_of(
     body: &BodyTable,
     base_dir: &Path,
 ) -> Result<(Arc<dyn Shape>, Vec<String>), ScenarioError> {
-    let refuse = |e: &InvalidInput| doc.invalid_input(e);
-    let analytic = |shape: Arc<dyn Shape>| Ok((shape, Vec::new()));
+    let refused = |e| doc.invalid_input(&e);
+    let plain = |shape: Arc<dyn Shape>| Ok((shape, Vec::new()));
     match &body.shape {
         ShapeTable::Box { size, corner } => {
-            analytic(Arc::new(BoxShape::new((*size).into(), (*corner).into()).map_err(|e| refuse(&e))?))
+            plain(Arc::new(BoxShape::new(Vec3::from(*size), Vec3::from(*corner)).map_err(refused)?))
         }
         ShapeTable::Sphere { radius, centre } => {
-            analytic(Arc::new(SphereShape::new(*radius, (*centre).into()).map_err(|e| refuse(&e))?))
+            plain(Arc::new(SphereShape::new(*radius, Vec3::from(*centre)).map_err(refused)?))
         }
-        ShapeTable::Cylinder { radius, height, axis, centre } => analytic(Arc::new(
-            CylinderShape::new(axis.axis(), *radius, *height, (*centre).into()).map_err(|e| refuse(&e))?,
+        ShapeTable::Cylinder { radius, height, axis, centre } => plain(Arc::new(
+            CylinderShape::new(axis.axis(), *radius, *height, Vec3::from(*centre)).map_err(refused)?,
         )),
-        ShapeTable::Organ(organ) => {
-            let name = match organ {
-                OrganName::Liver => "liver",
-                OrganName::Kidney => "kidney",
-            };
-            analytic(Arc::new(shape::organ(name).map_err(|e| refuse(&e))?))
-        }
+        ShapeTable::Organ(name) => plain(Arc::new(organ(&name.0).map_err(refused)?)),
         ShapeTable::Mesh { path, scale } => {
-            let key = KeyPath::from("body.shape.mesh.path");
-            let mesh = read_mesh(&base_dir.join(path), *scale).map_err(|e| {
-                doc.error(&key, format!("{}: {}", e.path().display(), e.problem()), e.remedy())
+            let place = KeyPath::from("body.shape.mesh");
+            if *scale <= 0.0 {
+                return Err(doc.error(
+                    &place.key("scale"),
+                    "the scale of a mesh must be greater than 0",
+                    "1.0 if the mesh is in the units of the scenario, 0.001 from mm to m",
+                ));
+            }
+            let file = base_dir.join(path);
+            let mesh = read_mesh(&file, *scale).map_err(|e| {
+                doc.error(&place.key("path"), format!("{}: {}", e.path().display(), e.problem()), e.remedy())
             })?;
-            let (shape, notes) = MeshShape::new(&mesh, &format!("mesh {path}")).map_err(|e| refuse(&e))?;
+            let name = file.file_name().unwrap_or_default().to_string_lossy();
+            let (shape, notes) = MeshShape::new(&mesh, &format!("mesh {name}")).map_err(refused)?;
             Ok((Arc::new(shape), notes))
         }
     }

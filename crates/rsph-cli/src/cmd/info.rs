@@ -1,8 +1,12 @@
 //! `rsph info`
 
 use crate::exit::{Code, Trouble};
+use crate::output::{number, print};
 use clap::Args;
-use std::path::PathBuf;
+use rsph_scenario::mesh_io::read_mesh;
+use rsph_scenario::output::vtkhdf;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
 
 /// Say what a results file or a triangle mesh holds
 #[derive(Debug, Args)]
@@ -17,6 +21,80 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
-    let _ = arguments;
-    Err(Trouble::input("to be wired", ""))
+    let path = &arguments.file;
+    if path.is_dir() {
+        return Err(Trouble::input(
+            format!("{} is a folder", path.display()),
+            "name a file in it, such as particles.vtkhdf",
+        ));
+    }
+    let is_results = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("vtkhdf"));
+    print(&if is_results { results(path)? } else { mesh(path)? })?;
+    Ok(Code::Good)
+}
+
+fn results(path: &Path) -> Result<String, Trouble> {
+    let info = vtkhdf::describe(path).map_err(|e| Trouble::results(&e))?;
+    let mut text = String::new();
+    let _ = writeln!(text, "results: VTKHDF PolyData, {:.1} kB", info.bytes as f64 / 1e3);
+    let _ = writeln!(text, "frames: {}", info.steps());
+    if let (Some(first), Some(last)) = (info.times.first(), info.times.last()) {
+        let _ = writeln!(text, "time: {} to {}", number(*first), number(*last));
+    }
+    for (name, counts) in [("points", &info.points), ("triangles", &info.polygons)] {
+        let (least, most) = (counts.iter().min().unwrap_or(&0), counts.iter().max().unwrap_or(&0));
+        let _ = if least == most {
+            writeln!(text, "{name}: {most}")
+        } else {
+            writeln!(text, "{name}: {least} to {most}")
+        };
+    }
+    for field in &info.fields {
+        let kind = match field.components {
+            1 => "scalar",
+            3 => "vector",
+            6 => "symmetric tensor, XX YY ZZ XY YZ XZ",
+            _ => "other",
+        };
+        let _ = writeln!(text, "field: {} ({kind})", field.name);
+    }
+    Ok(text)
+}
+
+fn mesh(path: &Path) -> Result<String, Trouble> {
+    let mesh = read_mesh(path, 1.0).map_err(|e| Trouble::mesh(&e))?;
+    if let Some(t) = mesh.first_bad_triangle() {
+        return Err(Trouble::input(
+            format!("{}: triangle {t} names a vertex that is not there", path.display()),
+            "export the mesh again",
+        ));
+    }
+    if let Some(v) = mesh.first_not_finite() {
+        return Err(Trouble::input(
+            format!("{}: vertex {v} is not finite", path.display()),
+            "repair the mesh, or export it again",
+        ));
+    }
+    let mesh = mesh.merged();
+    let mut text = String::new();
+    let _ = writeln!(text, "mesh: {} vertices, {} triangles", mesh.vertices.len(), mesh.triangles.len());
+    let open = mesh.open_edges().len();
+    let closed = if open == 0 { "yes".into() } else { format!("no, {open} open edges") };
+    let _ = writeln!(text, "closed: {closed}");
+    let _ = writeln!(text, "pieces: {}", mesh.components());
+    if let Some(genus) = mesh.genus() {
+        let _ = writeln!(text, "genus: {genus}");
+    }
+    if let Some(bounds) = mesh.bounds() {
+        for (axis, i) in ["x", "y", "z"].iter().zip(0..) {
+            let _ = writeln!(text, "{axis}: {} to {}", number(bounds.min[i]), number(bounds.max[i]));
+        }
+    }
+    let _ = writeln!(text, "area: {}", number(mesh.area()));
+    if open == 0 {
+        let volume = mesh.volume();
+        let turned = if volume < 0.0 { " (inside out)" } else { "" };
+        let _ = writeln!(text, "volume: {}{turned}", number(volume.abs()));
+    }
+    Ok(text)
 }

@@ -3,14 +3,15 @@
 use crate::exit::{Code, Trouble};
 use crate::output::{number, print};
 use clap::Args;
-use rsph_scenario::validation::{self, NAMES, Row};
+use rsph_scenario::validation::{self, Row};
 use std::fmt::Write;
 use std::path::PathBuf;
 
 /// Run the reproductions of the paper and the benchmarks, and compare with known values
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Prints a table: name, measured, reference, bound, pass. Exit code 1 if a bound is missed.
+Prints a table: name, measured, reference, bound, pass. Exit code 1 if a bound is missed. Figures
+(SVG) and their curves (CSV) go to a folder.
 
 Examples:
   rsph validate                  all of them
@@ -23,6 +24,9 @@ pub struct Arguments {
     /// Shorter and coarser versions
     #[arg(long)]
     quick: bool,
+    /// Where figures and curves go
+    #[arg(long, value_name = "DIR", default_value = "out/validation")]
+    output: PathBuf,
     /// Write the rows to this file as JSON as well
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
@@ -31,21 +35,25 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
     let all = arguments.names.iter().any(|n| n == "all");
     let names = if all { vec![] } else { arguments.names.clone() };
-    if let Some(stranger) = names.iter().find(|n| !NAMES.contains(&n.as_str())) {
+    if let Some(stranger) = names.iter().find(|n| !validation::names().any(|known| known == *n)) {
+        let known: Vec<&str> = validation::names().collect();
         return Err(Trouble::input(
             format!("there is no validation \"{stranger}\""),
-            format!("known: all {}", NAMES.join(" ")),
+            format!("known: all {}", known.join(" ")),
         ));
     }
     if let Some(path) = &arguments.json {
         // Before hours of computing, not after.
         write_json(path, &[])?;
     }
-    let rows = validation::run(&names, arguments.quick);
+    let mut progress = |name: &str| tracing::info!("{name}");
+    let rows = validation::run(&names, arguments.quick, &arguments.output, &mut progress)
+        .map_err(|e| Trouble::system(e.to_string(), "see `rsph validate --help`"))?;
     if let Some(path) = &arguments.json {
         write_json(path, &rows)?;
     }
     print(&table(&rows))?;
+    tracing::info!("figures and curves in {}", arguments.output.display());
     Ok(if rows.iter().all(|r| r.pass) { Code::Good } else { Code::BoundMissed })
 }
 

@@ -1,14 +1,13 @@
 //! Loads on the flat faces of a box: with the area vectors of the operator, so that a uniform traction
 //! meets a uniform stress exactly.
 
-use crate::error::InvalidInput;
 use crate::region::Region;
 use crate::shape::Bounds;
 use crate::tensor::Vec3;
 
 /// Depth below the face, in smoothing lengths, over which its area vectors spread.
 const DEPTH: f64 = 3.3;
-/// Largest deviation of their sum from the face's area before the body counts as too thin.
+/// Largest relative deviation of their sum from the face's area.
 const TOLERANCE: f64 = 0.01;
 
 /// A face of a box.
@@ -56,48 +55,24 @@ impl Face {
         n
     }
 
-    /// Adds the forces of a uniform traction t (times area: f_a = t A_a.n / S, where S = sum A.n over
-    /// the area is 1 but for the quality of the lattice) to `force`, component by component.
-    ///
-    /// # Errors
-    /// When the body is too thin for its area vectors, naming `key`.
-    pub fn add_traction(
+    /// Forces A_a.n / S on the particles for a unit traction times area along the normal, where
+    /// S = sum A.n over the area is 1 but for the quality of the lattice; `None` when it is not: a body
+    /// too thin for its spacing, whose other faces reach into this one's area vectors.
+    pub fn shares(
         &self,
         bounds: &Bounds,
         area_vectors: &[Vec3],
         positions: &[Vec3],
         smoothing_length: f64,
-        traction: &Vec3,
-        force: &mut [f64],
-        key: &str,
-    ) -> Result<(), InvalidInput> {
-        let n = positions.len();
+    ) -> Option<Vec<f64>> {
         let normal = self.normal();
         let at = if self.upper { bounds.max[self.axis] } else { bounds.min[self.axis] };
         let size = bounds.size();
         let area = size[(self.axis + 1) % 3] * size[(self.axis + 2) % 3];
         let near = |x: &Vec3| (x[self.axis] - at).abs() < DEPTH * smoothing_length;
-        let share = |a: usize| if near(&positions[a]) { area_vectors[a].dot(&normal) } else { 0.0 };
-        let sum: f64 = (0..n).map(share).sum();
-        let s = sum / area;
-        if (s - 1.0).abs() > TOLERANCE {
-            return Err(InvalidInput::new(
-                key,
-                format!("face {}", ["x", "y", "z"][self.axis]),
-                format!(
-                    "the lattice represents {:.1} % of the loaded face's area: the body is too thin for \
-                     its spacing",
-                    100.0 * s
-                ),
-                "choose a smaller `body.spacing`: at least five particles across the body",
-            ));
-        }
-        for a in 0..n {
-            let f = share(a) / s;
-            for i in 0..3 {
-                force[i * n + a] += traction[i] * f;
-            }
-        }
-        Ok(())
+        let share = |(x, a): (&Vec3, &Vec3)| if near(x) { a.dot(&normal) } else { 0.0 };
+        let shares: Vec<f64> = positions.iter().zip(area_vectors).map(share).collect();
+        let s = shares.iter().sum::<f64>() / area;
+        ((s - 1.0).abs() < TOLERANCE).then(|| shares.iter().map(|f| f / s).collect())
     }
 }

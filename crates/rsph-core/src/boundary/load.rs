@@ -67,34 +67,18 @@ pub fn nodal_loads(
     };
     // A uniform traction on whole flat faces, or any other on the triangles.
     let on_region = |i: usize, region: &Region, traction: &dyn Fn(&Vec3) -> Vec3| {
-        let bounds = body.shape.bounds();
-        let faces = if body.shape.is_box() {
-            Face::whole_faces(&bounds, region, body.tolerance).filter(|f| !f.is_empty())
-        } else {
-            None
-        };
-        let Some(faces) = faces else {
-            return on_surface(i, &|p| {
-                if region.contains_on_surface(&p.x, &p.normal, body.tolerance) {
-                    traction(&p.normal)
-                } else {
-                    Vec3::zeros()
-                }
-            });
-        };
-        let mut force = vec![0.0; 3 * body.mass.len()];
-        for face in faces {
-            face.add_traction(
-                &bounds,
-                body.area_vectors,
-                body.positions,
-                body.smoothing_length,
-                &traction(&face.normal()),
-                &mut force,
-                &format!("load[{i}].region"),
-            )?;
-        }
-        Ok(force)
+        flat_faces(body, region, traction).map_or_else(
+            || {
+                on_surface(i, &|p| {
+                    if region.contains_on_surface(&p.x, &p.normal, body.tolerance) {
+                        traction(&p.normal)
+                    } else {
+                        Vec3::zeros()
+                    }
+                })
+            },
+            Ok,
+        )
     };
     loads
         .iter()
@@ -115,4 +99,26 @@ pub fn nodal_loads(
             Ok(NodalLoad { force, ramp: load.ramp })
         })
         .collect()
+}
+
+/// Forces of a uniform traction on whole flat faces of a box by its area vectors; `None` where that
+/// does not apply.
+fn flat_faces(body: &LoadedBody<'_>, region: &Region, traction: &dyn Fn(&Vec3) -> Vec3) -> Option<Vec<f64>> {
+    if !body.shape.is_box() {
+        return None;
+    }
+    let bounds = body.shape.bounds();
+    let faces = Face::whole_faces(&bounds, region, body.tolerance).filter(|f| !f.is_empty())?;
+    let n = body.mass.len();
+    let mut force = vec![0.0; 3 * n];
+    for face in faces {
+        let traction = traction(&face.normal());
+        let shares = face.shares(&bounds, body.area_vectors, body.positions, body.smoothing_length)?;
+        for (a, share) in shares.into_iter().enumerate() {
+            for i in 0..3 {
+                force[i * n + a] += traction[i] * share;
+            }
+        }
+    }
+    Some(force)
 }

@@ -224,7 +224,8 @@ impl Elastic {
                 * (self.hourglass * m.volume * v_b * ghost.w);
             f += image;
             wall += image + t_a * ghost.x * (v_b * ghost.w) + spring * 2.0;
-            power +=
+            // With the signs it is minus the derivative of the energy by the ghost's offset.
+            power -=
                 ghost.sign.component_mul(&(image + spring)).dot(&self.work.offset_rate[ghost.group as usize]);
         }
         (f, wall, power)

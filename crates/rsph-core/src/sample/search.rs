@@ -10,8 +10,8 @@ use crate::shape::Shape;
 const CORRECTIONS: usize = 6;
 
 /// Particles that the search may count in all, and the limits of the number of lattices it tries.
-const WORK: usize = 800_000;
-const TRIES: (usize, usize) = (8, 400);
+const WORK: usize = 400_000;
+const TRIES: (usize, usize) = (8, 200);
 
 /// The cells of the body at the spacing where they number `count`, or come nearest to it.
 ///

@@ -7,12 +7,13 @@ use crate::tensor::Vec3;
 /// Spacing of the grid that its surface is taken on (m).
 const SPACING: f64 = 0.00125;
 
-/// An adult's kidney: a bean of two poles bent towards the hilum, which opens to +x.
+/// An adult's kidney: a bean of two poles, the upper one broader, bent towards the hilum, which
+/// opens to +x and a little to the front.
 pub(super) fn kidney() -> MeshShape {
-    let upper = Ellipsoid::new([0.0035, 0.0255, 0.0], [0.0245, 0.0300, 0.0203], -16.0);
-    let lower = Ellipsoid::new([0.0035, -0.0255, 0.0], [0.0245, 0.0300, 0.0203], 16.0);
+    let upper = Ellipsoid::new([0.0035, 0.0250, -0.0010], [0.0255, 0.0305, 0.0209], -16.0);
+    let lower = Ellipsoid::new([0.0035, -0.0260, 0.0007], [0.0237, 0.0295, 0.0197], 16.0);
     let middle = Ellipsoid::new([-0.0060, 0.0, 0.0], [0.0225, 0.0320, 0.0207], 0.0);
-    let hilum = Ellipsoid::new([0.030, 0.0, 0.0], [0.0220, 0.0125, 0.0100], 0.0);
+    let hilum = Ellipsoid::new([0.030, -0.0010, 0.0030], [0.0220, 0.0125, 0.0100], 0.0);
 
     let within = Bounds { min: Vec3::new(-0.035, -0.062, -0.028), max: Vec3::new(0.035, 0.062, 0.028) };
     body("organ kidney", &within, SPACING, |x| {

@@ -64,9 +64,9 @@ impl MeshShape {
             );
         }
         let volume = surface.volume();
-        if volume.is_nan() || volume.abs() <= 1e-9 * bounds.size().norm().powi(3) {
+        if !volume.is_finite() || volume.abs() <= 1e-9 * bounds.size().norm().powi(3) {
             return refuse(
-                format!("the surface encloses no volume ({volume:e})"),
+                format!("the surface encloses no volume that can be computed with ({volume:e})"),
                 "give the surface of a solid body; check `scale`",
             );
         }

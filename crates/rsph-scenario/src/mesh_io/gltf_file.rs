@@ -4,7 +4,7 @@ use super::{MeshError, fan};
 use gltf::accessor::{DataType, Dimensions};
 use gltf::buffer::Data;
 use gltf::mesh::Mode;
-use gltf::{Accessor, Gltf, Node, Primitive};
+use gltf::{Accessor, Document, Gltf, Node, Primitive};
 use rsph_core::mesh::TriangleMesh;
 use rsph_core::tensor::Vec3;
 use std::path::Path;
@@ -18,7 +18,9 @@ const IDENTITY: Transform =
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
     let invalid =
         |e: &dyn std::fmt::Display| MeshError::malformed(path, format!("not a valid glTF file: {e}"));
-    let Gltf { document, blob } = Gltf::from_slice(bytes).map_err(|e| invalid(&e))?;
+    let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(|e| invalid(&e))?;
+    check_references(&document).map_err(|e| invalid(&e))?;
+    let document = Document::from_json(document.into_json()).map_err(|e| invalid(&e))?;
     let buffers = gltf::import_buffers(&document, path.parent(), blob).map_err(|e| invalid(&e))?;
     let scene = document.default_scene().or_else(|| document.scenes().next());
     let mut waiting: Vec<(Node, Transform)> =
@@ -36,6 +38,23 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, MeshError
         waiting.extend(node.children().map(|child| (child, placed)));
     }
     Ok(mesh)
+}
+
+/// Refuses what the library does not check before it uses it: accessors that are not there, and
+/// buffers in places that a mesh file has no business with, where reading might not end.
+fn check_references(document: &Document) -> Result<(), String> {
+    let json = document.as_json();
+    for attribute in json.meshes.iter().flat_map(|m| &m.primitives).flat_map(|p| p.attributes.values()) {
+        if attribute.value() >= json.accessors.len() {
+            return Err(format!("a mesh names accessor {}, which is not there", attribute.value()));
+        }
+    }
+    for uri in json.buffers.iter().filter_map(|b| b.uri.as_ref()).filter(|u| !u.starts_with("data:")) {
+        if uri.starts_with(['/', '\\']) || uri.contains("..") || uri.contains([':', '%']) {
+            return Err(format!("the buffer \"{uri}\" does not lie beside the file or below it"));
+        }
+    }
+    Ok(())
 }
 
 /// Appends the triangles of a primitive; points and lines have none.

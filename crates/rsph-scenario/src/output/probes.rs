@@ -25,9 +25,7 @@ impl ProbeWriter {
     /// When the file can not be created.
     pub fn create(path: &Path, columns: &[String]) -> Result<Self, SinkError> {
         let mut csv = csv::Writer::from_path(path).map_err(|e| failed(path, e))?;
-        csv.write_field("time")
-            .and_then(|()| csv.write_record(columns))
-            .map_err(|e| failed(path, e))?;
+        csv.write_field("time").and_then(|()| csv.write_record(columns)).map_err(|e| failed(path, e))?;
         csv.flush().map_err(|e| SinkError::io(path, e))?;
         Ok(Self { path: path.into(), csv, columns: columns.to_vec(), flushed: Instant::now() })
     }

@@ -26,3 +26,48 @@ pub fn bracket(units: Units, si: &str) -> String {
         unit => format!(" [{unit}]"),
     }
 }
+
+/// A number for people: five significant digits, a power of ten only where it shortens.
+pub fn number(x: f64) -> String {
+    let size = x.abs();
+    if x == 0.0 || (1e-3..1e6).contains(&size) {
+        let rounded: f64 = format!("{x:.4e}").parse().unwrap_or(x);
+        return format!("{rounded}");
+    }
+    if !x.is_finite() {
+        return x.to_string();
+    }
+    let text = format!("{x:.3e}");
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let mantissa = mantissa.trim_end_matches('0').trim_end_matches('.');
+    format!("{mantissa}·10^{exponent}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_well() {
+        let cases = [
+            (0.0, "0"),
+            (1000.0, "1000"),
+            (0.142857142, "0.14286"),
+            (3e-15, "3·10^-15"),
+            (-2.5e7, "-2.5·10^7"),
+        ];
+        for (x, text) in cases {
+            assert_eq!(number(x), text);
+        }
+        assert_eq!(number(f64::NAN), "NaN");
+    }
+
+    #[test]
+    fn units_follow_the_system() {
+        assert_eq!(label(Units::Si, "kg/m^3"), "kg/m³");
+        assert_eq!(label(Units::Normalised, "kg/m^3"), "1");
+        assert_eq!(bracket(Units::Si, "Pa"), " [Pa]");
+        assert_eq!(bracket(Units::Si, "1"), "");
+        assert_eq!(bracket(Units::Normalised, "Pa"), "");
+    }
+}

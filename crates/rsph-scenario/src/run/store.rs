@@ -1,28 +1,68 @@
-//! The sink of a run's folder.
+//! The sink of a run's folder: what the writers need to know, from the scenario and the simulation.
 
 use super::RunStart;
-use crate::sink::{Outcome, RunSink, SinkError};
-use rsph_core::simulation::{Conservation, Reading};
-use rsph_core::snapshot::Snapshot;
-use rsph_core::surface::Surface;
+use crate::output::{Parameter, ProbeColumn, RunInfo, RunWriters};
+use crate::scenario::{LoadedScenario, ShapeTable};
+use crate::sink::{RunSink, SinkError};
+use rsph_core::region::Axis;
+use rsph_core::setup::{Formulation, LoadKind, Setup, Units};
 
 /// Opens the files of a run's folder.
 pub fn open(start: &RunStart<'_>) -> Result<Box<dyn RunSink>, SinkError> {
-    let path = start.folder.join("scenario.toml");
-    std::fs::write(&path, start.scenario.as_run()).map_err(|e| SinkError::io(&path, e))?;
-    Ok(Box::new(Nowhere))
+    Ok(Box::new(RunWriters::create(start.folder, info(start))?))
 }
 
-struct Nowhere;
+fn info(start: &RunStart<'_>) -> RunInfo {
+    let setup = start.simulation.setup();
+    let mut description = start.simulation.description().clone();
+    description.notes = start.notes.to_vec();
+    RunInfo {
+        title: start.scenario.title().to_owned(),
+        units: setup.units,
+        scenario: start.scenario.as_run().to_owned(),
+        description,
+        material: material(start.scenario),
+        parameters: parameters(setup),
+        probes: ProbeColumn::of(&setup.probes),
+        up: up(start.scenario, setup.units),
+    }
+}
 
-impl RunSink for Nowhere {
-    fn frame(&mut self, _: &Snapshot, _: &Surface, _: &Conservation) -> Result<(), SinkError> {
-        Ok(())
-    }
-    fn sample(&mut self, _: f64, _: &[Reading], _: &Conservation) -> Result<(), SinkError> {
-        Ok(())
-    }
-    fn finish(&mut self, _: &Outcome) -> Result<(), SinkError> {
-        Ok(())
+fn material(scenario: &LoadedScenario) -> Vec<Parameter> {
+    let table = &scenario.tables().material;
+    let model = table.model_name().unwrap_or_default();
+    let mut rows = vec![Parameter::new("material", model, "")];
+    rows.extend(table.values().into_iter().map(|(p, value)| Parameter::number(p.doc, value, p.unit)));
+    rows
+}
+
+fn parameters(setup: &Setup) -> Vec<Parameter> {
+    let formulation = match setup.solver.formulation {
+        Formulation::Adjoint => "adjoint",
+        Formulation::Paper => "paper, Eqs. (10) to (14)",
+    };
+    let mut rows = vec![
+        Parameter::new("body", setup.shape.name(), ""),
+        Parameter::new("formulation", formulation, ""),
+        Parameter::number("smoothing length in spacings", setup.solver.smoothing, "1"),
+        Parameter::number("hourglass weight", setup.solver.hourglass, "1"),
+        Parameter::new("time integrator", "Runge-Kutta, fourth order", ""),
+    ];
+    rows.extend(setup.loads.iter().map(|load| match &load.kind {
+        LoadKind::Traction { traction, .. } => Parameter::number("traction", traction.norm(), "Pa"),
+        LoadKind::Pressure { pressure, .. } => Parameter::number("pressure", *pressure, "Pa"),
+        LoadKind::BodyForce { acceleration, .. } => {
+            Parameter::number("body force per mass", acceleration.norm(), "m/s^2")
+        }
+        LoadKind::Patch { pressure, .. } => Parameter::number("peak pressure of the patch", *pressure, "Pa"),
+    }));
+    rows
+}
+
+/// Organs stand along y; test bodies, in normalised units, along z.
+fn up(scenario: &LoadedScenario, units: Units) -> Axis {
+    match (&scenario.tables().body.shape, units) {
+        (ShapeTable::Organ(_), _) | (ShapeTable::Mesh { .. }, Units::Si) => Axis::Y,
+        _ => Axis::Z,
     }
 }

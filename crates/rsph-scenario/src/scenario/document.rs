@@ -2,14 +2,16 @@
 
 use super::error::ScenarioError;
 use super::explain::{explain, suggestion};
-use super::keypath::{KeyPath, Segment};
+use super::keypath::KeyPath;
 use super::overrides::Override;
+use super::places::{find, path_at};
 use super::tables::Scenario;
 use rsph_core::error::InvalidInput;
 use serde::Deserialize;
-use std::ops::Range;
-use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::DeTable;
+
+/// Longer values are cut in messages.
+const MAX_VALUE: usize = 80;
 
 /// The text of a scenario file with the edits made to it.
 #[derive(Clone, Debug)]
@@ -76,16 +78,17 @@ impl Document {
         problem: impl Into<String>,
         remedy: impl Into<String>,
     ) -> ScenarioError {
-        let value =
-            find(&self.edited, path).and_then(|f| f.exact.then(|| self.value_text(&f.value))).flatten();
-        self.place(path, false, ScenarioError::new(path.to_string(), problem, remedy).with_value(value))
+        let error = ScenarioError::new(path.to_string(), problem, remedy).with_value(self.value_at(path));
+        self.place(path, false, error)
     }
 
     /// An error of the core, which knows the key but not the file.
     pub fn invalid_input(&self, error: &InvalidInput) -> ScenarioError {
         let path = KeyPath::from(error.key.as_str());
-        let place = ScenarioError::new(path.to_string(), &error.problem, &error.remedy);
-        self.place(&path, false, place.with_value(Some(error.value.clone()).filter(|v| !v.is_empty())))
+        // As the user wrote it, if it is there; defaults and derived values are the core's to tell.
+        let value = self.value_at(&path).or_else(|| Some(error.value.clone()).filter(|v| !v.is_empty()));
+        let error = ScenarioError::new(path.to_string(), &error.problem, &error.remedy).with_value(value);
+        self.place(&path, false, error)
     }
 
     /// The key at `path` is none of `known`.
@@ -97,18 +100,18 @@ impl Document {
             .map_or_else(|| "remove it, or see `rsph schema`".into(), |s| format!("did you mean `{s}`?"));
         let error =
             ScenarioError::new(path.to_string(), format!("unknown key; allowed {place}: {allowed}"), remedy);
-        let value = find(&self.edited, path).and_then(|f| self.value_text(&f.value));
-        self.place(path, true, error.with_value(value))
+        self.place(path, true, error.with_value(self.value_at(path)))
     }
 
     /// Points at the key itself (`at_key`) or at its value.
     fn place(&self, path: &KeyPath, at_key: bool, error: ScenarioError) -> ScenarioError {
         let original = find(&self.original, path);
-        let exact = original.as_ref().is_some_and(|f| f.exact);
-        let set =
-            self.overrides.iter().rev().find(|o| {
-                o.path.holds(path) || (!exact && path.holds(&o.path) && !path.segments().is_empty())
-            });
+        // What a `--set` put there, or inside of it, is not what the file says.
+        let set = self
+            .overrides
+            .iter()
+            .rev()
+            .find(|o| o.path.holds(path) || (path.holds(&o.path) && !path.segments().is_empty()));
         if let Some(set) = set {
             return error.at(&set.name(), &set.text, 0..set.text.len());
         }
@@ -120,21 +123,13 @@ impl Document {
         error.at(&self.name, &self.original, span)
     }
 
-    fn value_text(&self, span: &Range<usize>) -> Option<String> {
-        let text = self.edited.get(span.clone())?.split_whitespace().collect::<Vec<_>>().join(" ");
-        let short: String = text.chars().take(80).collect();
-        // The span of a table is that of its header, which is not a value worth showing.
-        (!text.is_empty() && !text.starts_with("[[") && !is_header(&text))
-            .then(|| if short.len() < text.len() { format!("{short}...") } else { short })
+    /// The value at `path` as the user wrote it, on one line.
+    fn value_at(&self, path: &KeyPath) -> Option<String> {
+        let found = find(&self.edited, path).filter(|f| f.exact && !f.is_header)?;
+        let text = self.edited.get(found.value)?.split_whitespace().collect::<Vec<_>>().join(" ");
+        let short: String = text.chars().take(MAX_VALUE).collect();
+        Some(if short.len() < text.len() { format!("{short}...") } else { short })
     }
-}
-
-fn is_header(text: &str) -> bool {
-    text.strip_prefix('[').and_then(|t| t.strip_suffix(']')).is_some_and(|t| {
-        !t.is_empty()
-            && t.parse::<f64>().is_err()
-            && t.chars().all(|c| c.is_alphanumeric() || "_-.".contains(c))
-    })
 }
 
 fn syntax_error(name: &str, text: &str, error: &toml::de::Error) -> ScenarioError {
@@ -154,69 +149,43 @@ fn first_not_finite(value: &toml::Value, path: &KeyPath) -> Option<KeyPath> {
     }
 }
 
-/// Where a key and its value stand.
-struct Found {
-    /// Whether the whole path is there; else this is the nearest table that holds it.
-    exact: bool,
-    key: Range<usize>,
-    value: Range<usize>,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn find(text: &str, path: &KeyPath) -> Option<Found> {
-    let (root, _) = DeTable::parse_recoverable(text);
-    let mut found: Option<Found> = None;
-    let root = Spanned::new(root.span(), DeValue::Table(root.into_inner()));
-    let mut at = &root;
-    for segment in path.segments() {
-        let next = match (segment, at.get_ref()) {
-            (Segment::Key(k), DeValue::Table(t)) => {
-                t.iter().find(|(key, _)| key.get_ref() == k.as_str()).map(|(key, v)| (key.span(), v))
-            }
-            (Segment::Index(i), DeValue::Array(a)) => a.get(*i).map(|v| (v.span(), v)),
-            _ => None,
-        };
-        let Some((key, value)) = next else {
-            return found.map(|f| Found { exact: false, ..f });
-        };
-        found = Some(Found { exact: true, key, value: value.span() });
-        at = value;
+    const TEXT: &str = "[time]\nuntil = 3.0\n\n[[load]]\nkind = \"traction\"\nramp = { to = 1.0 }\n";
+
+    fn message(sets: &[&str], key: &str) -> String {
+        let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+        let document = Document::new("f.toml", TEXT.into(), &sets).unwrap();
+        document.error(&KeyPath::from(key), "is wrong", "").to_string()
     }
-    found
-}
 
-/// The path of the smallest key or value that covers `span`.
-fn path_at(text: &str, span: &Range<usize>) -> KeyPath {
-    fn visit(value: &DeValue<'_>, path: &KeyPath, span: &Range<usize>, best: &mut (usize, KeyPath)) {
-        let mut offer = |place: Range<usize>, path: &KeyPath| {
-            let covers = place.start <= span.start && span.end <= place.end;
-            if covers && place.len() <= best.0 {
-                *best = (place.len(), path.clone());
-            }
-        };
-        match value {
-            DeValue::Table(table) => {
-                let children: Vec<_> = table.iter().map(|(k, v)| (k, v, path.key(k.get_ref()))).collect();
-                for (key, value, path) in &children {
-                    offer(value.span(), path);
-                    offer(key.span(), path);
-                }
-                for (_, value, path) in &children {
-                    visit(value.get_ref(), path, span, best);
-                }
-            }
-            DeValue::Array(list) => {
-                for (i, value) in list.iter().enumerate() {
-                    offer(value.span(), &path.index(i));
-                }
-                for (i, value) in list.iter().enumerate() {
-                    visit(value.get_ref(), &path.index(i), span, best);
-                }
-            }
-            _ => {}
+    #[test]
+    fn places_are_those_of_the_file_whatever_was_set() {
+        assert_eq!(message(&[], "load[0].ramp.to"), "f.toml:6:15: `load[0].ramp.to` = 1.0: is wrong");
+        let before = ["title=x", "time.dt=1"];
+        assert_eq!(message(&before, "load[0].ramp.to"), "f.toml:6:15: `load[0].ramp.to` = 1.0: is wrong");
+    }
+
+    #[test]
+    fn absent_keys_are_placed_at_the_table_that_would_hold_them() {
+        assert_eq!(message(&[], "time.dt"), "f.toml:1:1: `time.dt`: is wrong");
+        assert_eq!(message(&[], "load[0].region.plane"), "f.toml:4:1: `load[0].region.plane`: is wrong");
+    }
+
+    #[test]
+    fn a_set_at_or_inside_the_key_is_to_blame() {
+        let set = ["load.0.ramp.to=-1"];
+        for key in ["load[0].ramp.to", "load[0].ramp"] {
+            assert!(message(&set, key).starts_with("--set load.0.ramp.to=-1: "), "{key}");
         }
+        assert!(message(&set, "load[0].kind").starts_with("f.toml:5:8: "));
     }
-    let (root, _) = DeTable::parse_recoverable(text);
-    let mut best = (usize::MAX, KeyPath::default());
-    visit(&DeValue::Table(root.into_inner()), &KeyPath::default(), span, &mut best);
-    best.1
+
+    #[test]
+    fn tables_show_no_value_but_inline_ones_do() {
+        assert_eq!(message(&[], "time"), "f.toml:1:1: `time`: is wrong");
+        assert_eq!(message(&[], "load[0].ramp"), "f.toml:6:8: `load[0].ramp` = { to = 1.0 }: is wrong");
+    }
 }

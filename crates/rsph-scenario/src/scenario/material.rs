@@ -5,7 +5,7 @@ use super::document::Document;
 use super::error::ScenarioError;
 use super::explain::suggestion;
 use super::keypath::KeyPath;
-use rsph_core::material::{Material, Model, REGISTRY, model};
+use rsph_core::material::{Material, Model, Parameter, REGISTRY, model};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use std::borrow::Cow;
@@ -48,6 +48,22 @@ impl MaterialTable {
             });
         }
         (model.build)(&values).map_err(|e| document.invalid_input(&e))
+    }
+
+    /// Name of the model, if it is there.
+    pub fn model_name(&self) -> Option<&str> {
+        self.0.get("model")?.as_str()
+    }
+
+    /// The model's parameters with their values, defaults included; absent ones are left out.
+    pub fn values(&self) -> Vec<(&'static Parameter, f64)> {
+        let parameters = self.model_name().and_then(model).map_or(&[][..], |m| m.parameters);
+        parameters.iter().filter_map(|p| Some((p, self.value(p.key).or(p.default)?))).collect()
+    }
+
+    fn value(&self, key: &str) -> Option<f64> {
+        let value = self.0.get(key)?;
+        value.as_float().or_else(|| value.as_integer().map(|i| i as f64))
     }
 
     fn model(&self, document: &Document) -> Result<&'static Model, ScenarioError> {

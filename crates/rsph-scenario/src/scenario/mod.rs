@@ -8,6 +8,7 @@ mod keypath;
 mod loads;
 mod material;
 mod overrides;
+mod places;
 mod region;
 mod tables;
 mod values;

@@ -87,7 +87,14 @@ fn set_in_table(table: &mut dyn TableLike, path: &[Segment], value: Value) -> Re
             let length = list.len();
             let index = index_of(key, rest, length)?;
             let entry = list.get_mut(index).ok_or_else(|| no_entry(key, index, length))?;
-            set_in_table(entry, &rest[1..], value)
+            match (&rest[1..], value) {
+                ([], Value::InlineTable(whole)) => {
+                    *entry = whole.into_table();
+                    Ok(())
+                }
+                ([], _) => Err(format!("`{key}.{index}` is a table: give it as {{ key = value, ... }}")),
+                (inner, value) => set_in_table(entry, inner, value),
+            }
         }
         Some(Item::None) | None => Err(format!("there is no `{key}`")),
     }

@@ -4,8 +4,10 @@ use super::loads::{BoundaryTable, LoadTable};
 use super::material::MaterialTable;
 use super::region::{AxisName, RegionTable};
 use super::values::{EveryValue, TimeStepValue};
-use schemars::JsonSchema;
+use rsph_core::shape::organ_names;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
+use std::borrow::Cow;
 
 /// A scenario of rsph: a body, its material, what holds and moves it, and how long.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -127,14 +129,19 @@ fn one() -> f64 {
     1.0
 }
 
-/// A built-in organ.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum OrganName {
-    /// An adult's liver: two lobes, a sharp lower edge.
-    Liver,
-    /// An adult's kidney: a bean with a hilum.
-    Kidney,
+/// The name of a built-in organ, one of the core's.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(transparent)]
+pub struct OrganName(pub String);
+
+impl JsonSchema for OrganName {
+    fn schema_name() -> Cow<'static, str> {
+        "OrganName".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"enum": organ_names().collect::<Vec<_>>()})
+    }
 }
 
 /// Values at time 0.

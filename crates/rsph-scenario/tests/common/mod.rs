@@ -2,12 +2,17 @@
 //! simulation.
 #![allow(dead_code, reason = "each test program uses another part of it")]
 
+use rsph_core::error::{Failure, FailureKind};
 use rsph_core::mesh::TriangleMesh;
 use rsph_core::particles::{Column, Field, Particles};
+use rsph_core::region::Axis;
+use rsph_core::setup::Units;
 use rsph_core::simulation::{Conservation, Description, Reading};
 use rsph_core::snapshot::Snapshot;
 use rsph_core::surface::{Surface, SurfaceField};
 use rsph_core::tensor::{Mat3, SymTensor, Vec3};
+use rsph_scenario::output::{Parameter, ProbeColumn, RunInfo};
+use rsph_scenario::sink::{Outcome, Status};
 
 /// Displacement gradient of the made-up motion, which bends a little more towards the top.
 fn gradient(t: f64, x: &Vec3) -> Mat3 {
@@ -134,4 +139,52 @@ pub fn description() -> Description {
         load: Vec3::new(0.0, 0.0, 1.0),
         notes: vec!["The made-up run is not a simulation.".to_owned()],
     }
+}
+
+/// What the writers know of the made-up run.
+pub fn info() -> RunInfo {
+    RunInfo {
+        title: "Made-up ball <sheared & stretched>".to_owned(),
+        units: Units::Si,
+        scenario: "title = \"Made-up ball <sheared & stretched>\"\n# </script> {{data}}\n".to_owned(),
+        description: description(),
+        material: vec![
+            Parameter::new("model", "kelvin-voigt", ""),
+            Parameter::number("density", 1060.0, "kg/m^3"),
+            Parameter::number("Young's modulus", 4000.0, "Pa"),
+            Parameter::number("Poisson's ratio", 0.45, "1"),
+            Parameter::number("relaxation time", 0.2, "s"),
+        ],
+        parameters: vec![Parameter::new("shape", "ball of radius 1", "m")],
+        probes: [
+            ("extension", "displacement.z"),
+            ("tip_x", "displacement.x"),
+            ("tip_y", "displacement.y"),
+            ("tip_z", "displacement.z"),
+        ]
+        .map(|(name, quantity)| ProbeColumn {
+            name: name.into(),
+            quantity: quantity.into(),
+            unit: "m".into(),
+        })
+        .to_vec(),
+        up: Axis::Z,
+    }
+}
+
+/// A failure of the made-up run.
+pub fn failure() -> Failure {
+    Failure {
+        kind: FailureKind::Unstable,
+        time: 3.0,
+        step: 301,
+        what: "strain 12.5 is larger than 10".to_owned(),
+        place: Some(Vec3::new(0.1, 0.2, 0.9)),
+        remedy: "choose time.dt = \"auto\" or a time step below 0.0111".to_owned(),
+    }
+}
+
+/// An outcome of the made-up run.
+pub fn outcome(status: Status) -> Outcome {
+    Outcome { status, wall_seconds: 2.0, steps: 300, rhs_evaluations: 1200, time: 3.0, threads: 2 }
 }

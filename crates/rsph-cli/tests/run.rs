@@ -1,0 +1,182 @@
+//! Whole runs of shortened scenarios.
+
+mod common;
+
+use common::{Bench, Done, scenario};
+use std::path::Path;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+/// A tensile test of 20 steps.
+fn short(bench: &Bench, more: &[&str]) -> Done {
+    let file = scenario("tensile_liver");
+    let mut arguments = vec!["run", file.to_str().unwrap(), "--set", "time.until=0.02"];
+    arguments.extend(["--set", "output.every=0.005", "--output", "results"]);
+    arguments.extend(more);
+    bench.rsph(&arguments)
+}
+
+fn rows(path: &Path) -> Vec<Vec<f64>> {
+    let text = std::fs::read_to_string(path).unwrap();
+    text.lines().skip(1).map(|l| l.split(',').map(|x| x.parse().unwrap()).collect()).collect()
+}
+
+#[test]
+fn a_run_fills_its_folder_and_says_where() {
+    let bench = Bench::new();
+    let done = short(&bench, &[]);
+    assert_eq!(done.code, Some(0), "{}", done.err);
+    assert!(
+        done.out.contains("results/report.html") && done.out.contains("particles.vtkhdf"),
+        "{}",
+        done.out
+    );
+    for file in ["particles.vtkhdf", "surface.vtkhdf", "probes.csv", "summary.json", "report.html"] {
+        assert!(bench.path("results").join(file).exists(), "{file}");
+    }
+    let as_run = std::fs::read_to_string(bench.path("results/scenario.toml")).unwrap();
+    let table: toml::Table = as_run.parse().unwrap();
+    assert_eq!(table["time"]["until"].as_float(), Some(0.02));
+    assert!(as_run.contains("# the top is pulled upwards"));
+
+    let probes = rows(&bench.path("results/probes.csv"));
+    assert_eq!((probes.len(), probes[0][0]), (21, 0.0));
+    let last = probes.last().unwrap();
+    assert!((last[0] - 0.02).abs() < 1e-12 && last[1] > 0.0, "{last:?}");
+
+    let summary = std::fs::read_to_string(bench.path("results/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    assert_eq!((summary["particles"].as_u64(), summary["steps"].as_u64()), (Some(343), Some(20)));
+}
+
+#[test]
+fn results_are_overwritten_only_by_force() {
+    let bench = Bench::new();
+    assert_eq!(short(&bench, &["--quiet"]).code, Some(0));
+    let refused = short(&bench, &[]);
+    assert_eq!(refused.code, Some(2));
+    assert!(refused.err.contains("--force"), "{}", refused.err);
+    assert_eq!(short(&bench, &["--force"]).code, Some(0));
+}
+
+#[test]
+fn quiet_is_silent() {
+    let done = short(&Bench::new(), &["--quiet"]);
+    assert_eq!((done.code, done.out.as_str(), done.err.as_str()), (Some(0), "", ""));
+}
+
+#[test]
+fn threads_do_not_change_the_result() {
+    let read = |threads: &str| {
+        let bench = Bench::new();
+        assert_eq!(short(&bench, &["--threads", threads]).code, Some(0));
+        std::fs::read(bench.path("results/probes.csv")).unwrap()
+    };
+    assert_eq!(read("1"), read("2"));
+}
+
+#[test]
+fn a_time_step_above_the_limit_is_refused_or_blows_up_with_3() {
+    let bench = Bench::new();
+    let refused = short(&bench, &["--set", "time.dt=0.01"]);
+    assert_eq!(refused.code, Some(2), "{}", refused.err);
+    assert!(
+        refused.err.contains("stability limit") && refused.err.contains("allow_unstable"),
+        "{}",
+        refused.err
+    );
+    assert!(!bench.path("results").exists());
+
+    let allowed = ["--set", "time.dt=0.01", "--set", "time.allow_unstable=true", "--set", "time.until=1.0"];
+    let failed = short(&bench, &allowed);
+    assert_eq!(failed.code, Some(3), "{}", failed.err);
+    assert!(failed.err.contains("failed at t ="), "{}", failed.err);
+    assert!(bench.path("results/summary.json").exists());
+}
+
+#[test]
+fn a_region_without_particles_points_at_its_line() {
+    let bench = Bench::new();
+    let done = short(&bench, &["--set", "boundary.0.region={ ball = { centre = [9, 9, 9], radius = 0.1 } }"]);
+    assert_eq!(done.code, Some(2), "{}", done.err);
+    assert!(done.err.contains("`boundary[0].region`") && done.err.contains("no particle"), "{}", done.err);
+    assert!(!bench.path("results").exists());
+}
+
+#[test]
+fn bad_meshes_are_refused_before_anything_is_written() {
+    let triangle = |a: &str, b: &str, c: &str| {
+        format!("facet normal 0 0 1\nouter loop\nvertex {a}\nvertex {b}\nvertex {c}\nendloop\nendfacet\n")
+    };
+    let open = triangle("0 0 0", "1 0 0", "0 1 0") + &triangle("0 0 0", "1 0 0", "0 0 1");
+    for (facets, says) in
+        [(open, "open edges"), (triangle("0 0 nan", "1 0 0", "0 1 0"), "finite"), (String::new(), "triangle")]
+    {
+        let bench = Bench::new();
+        bench.write("organ.stl", format!("solid organ\n{facets}endsolid organ\n"));
+        let text = common::scenario_text("liver_visible_human")
+            .replace("../../shared/data/meshes/visible_human_liver_female.stl", "organ.stl");
+        bench.write("organ.toml", text);
+        let done = bench.rsph(&["run", "organ.toml"]);
+        assert_eq!(done.code, Some(2), "{says}: {}", done.err);
+        assert!(done.err.contains(says) && done.err.contains("organ.stl"), "{says}: {}", done.err);
+        assert!(done.err.contains("organ.toml:9:"), "{says}: {}", done.err);
+        assert!(!bench.path("out").exists());
+    }
+}
+
+#[test]
+fn the_real_liver_runs() {
+    let mesh = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../../shared/data/meshes/visible_human_liver_female.stl");
+    if !mesh.exists() {
+        eprintln!("skipped: there is no {}", mesh.display());
+        return;
+    }
+    let bench = Bench::new();
+    let file = scenario("liver_visible_human");
+    let set = format!("body.shape.mesh.path={}", mesh.display());
+    let arguments =
+        ["run", file.to_str().unwrap(), "--set", &set, "--set", "time.until=1e-4", "--output", "o"];
+    let done = bench.rsph(&arguments);
+    assert_eq!(done.code, Some(0), "{}", done.err);
+}
+
+#[test]
+fn every_shipped_scenario_starts() {
+    for name in ["tensile_liver", "tensile_kidney", "hanging_column", "liver_load", "liver_load_144"] {
+        let bench = Bench::new();
+        let file = scenario(name);
+        let arguments = ["run", file.to_str().unwrap(), "--set", "time.until=1e-5", "--quiet"];
+        let done = bench.rsph(&arguments);
+        assert_eq!(done.code, Some(0), "{name}: {}", done.err);
+        assert!(bench.path("out").join(name).join("summary.json").exists(), "{name}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_closes_the_last_frame_and_exits_with_130() {
+    let bench = Bench::new();
+    let file = scenario("tensile_kidney");
+    let mut child = bench
+        .command(&["run", file.to_str().unwrap(), "--output", "results"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let begun = Instant::now();
+    while !bench.path("results/probes.csv").exists() && begun.elapsed() < Duration::from_secs(30) {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    std::thread::sleep(Duration::from_millis(200));
+    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let summary = std::fs::read_to_string(bench.path("results/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    assert_eq!(summary["status"], "interrupted");
+    let time = summary["time"].as_f64().unwrap();
+    let probes = rows(&bench.path("results/probes.csv"));
+    assert!((probes.last().unwrap()[0] - time).abs() < 1e-9, "{time}");
+}

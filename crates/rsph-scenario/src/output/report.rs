@@ -1,0 +1,169 @@
+//! `report.html`: one self-contained page about a run.
+
+mod frames;
+mod history;
+mod packed;
+mod tables;
+mod thinned;
+
+use super::summary::Summary;
+use super::{RunInfo, VERSION, atomic, units};
+use crate::sink::{Outcome, SinkError};
+use frames::Frames;
+use history::History;
+use rsph_core::simulation::{Conservation, Reading};
+use rsph_core::surface::Surface;
+use serde::Serialize;
+use std::path::Path;
+
+const TEMPLATE: &str = include_str!("report/report.html");
+const STYLE: &str = include_str!("report/report.css");
+const SCRIPT: &str = include_str!("report/report.js");
+
+/// Collects what the page shows while a run goes on.
+#[derive(Debug, Default)]
+pub struct Report {
+    frames: Frames,
+    history: History,
+}
+
+/// The labels and numbers that the page's script draws.
+#[derive(Serialize)]
+struct Data<'a> {
+    up: &'static str,
+    length_unit: String,
+    time_unit: String,
+    energy_unit: String,
+    stress_unit: String,
+    probes: Vec<Probe<'a>>,
+    curves: history::Curves,
+    view: frames::View<'a>,
+}
+
+#[derive(Serialize)]
+struct Probe<'a> {
+    name: &'a str,
+    /// Probes of the same quantity share a plot.
+    plot: &'a str,
+    unit: String,
+}
+
+impl Report {
+    /// Takes a frame.
+    pub fn frame(&mut self, time: f64, surface: &Surface) {
+        self.frames.push(time, surface);
+    }
+
+    /// Takes a sample.
+    pub fn sample(&mut self, time: f64, readings: &[Reading], conservation: &Conservation) {
+        self.history.push(time, readings, conservation);
+    }
+
+    /// Writes the page.
+    ///
+    /// # Errors
+    /// When it can not be stored.
+    pub fn write(
+        &self,
+        path: &Path,
+        info: &RunInfo,
+        summary: &Summary,
+        outcome: &Outcome,
+    ) -> Result<(), SinkError> {
+        let page = self.page(info, summary, outcome).map_err(|e| SinkError::new(path, e))?;
+        atomic::write(path, page.as_bytes())
+    }
+
+    fn page(&self, info: &RunInfo, summary: &Summary, outcome: &Outcome) -> serde_json::Result<String> {
+        let data = serde_json::to_string(&self.data(info))?;
+        let (in_page, all) = self.frames.counts();
+        let view_note = self.frames.missing().unwrap_or_else(|| {
+            if in_page as u64 == all {
+                format!("All {all} frames.")
+            } else {
+                format!("{in_page} of {all} frames, evenly spaced; all of them are in surface.vtkhdf.")
+            }
+        });
+        Ok(fill(TEMPLATE, &|name| match name {
+            "title" => tables::escape(&info.title),
+            "style" => STYLE.to_owned(),
+            "plotly" => plotly(),
+            "script" => SCRIPT.to_owned(),
+            // A `<` in a string must not look like the end of the script element.
+            "data" => data.replace('<', "\\u003c"),
+            "banner" => tables::banner(outcome, info),
+            "lead" => tables::lead(info, summary),
+            "cards" => tables::cards(info, summary),
+            "parameters" => tables::parameters(info, summary),
+            "notes" => tables::notes(summary),
+            "view_note" => tables::escape(&view_note),
+            "scenario" => tables::escape(&info.scenario),
+            "sha256" => summary.scenario_sha256.clone(),
+            "version" => VERSION.to_owned(),
+            _ => String::new(),
+        }))
+    }
+
+    fn data<'a>(&'a self, info: &'a RunInfo) -> Data<'a> {
+        let unit = |si: &str| units::bracket(info.units, si);
+        Data {
+            up: ["x", "y", "z"][info.up as usize],
+            length_unit: unit("m"),
+            time_unit: unit("s"),
+            energy_unit: unit("J"),
+            stress_unit: unit("Pa"),
+            probes: info
+                .probes
+                .iter()
+                .map(|p| Probe {
+                    name: &p.name,
+                    plot: p.quantity.split('.').next().unwrap_or_default(),
+                    unit: unit(&p.unit),
+                })
+                .collect(),
+            curves: self.history.curves(info.probes.len()),
+            view: self.frames.view(),
+        }
+    }
+}
+
+/// The template with every `{{name}}` replaced by `value(name)`, in one pass: what is put in is
+/// not searched again.
+fn fill(template: &str, value: &dyn Fn(&str) -> String) -> String {
+    let mut out = String::new();
+    let mut rest = template;
+    while let Some((before, after)) = rest.split_once("{{") {
+        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
+        out.push_str(before);
+        out.push_str(&value(name));
+        rest = after;
+    }
+    out + rest
+}
+
+/// The plotly.js library that the `plotly` crate carries, without the formula library behind it.
+fn plotly() -> String {
+    let sources = plotly::Plot::offline_js_sources();
+    let end = "</script>";
+    sources.find(end).map_or_else(String::new, |i| sources[..i + end.len()].to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn filling_is_one_pass() {
+        let page = fill("a {{x}} b {{y}} c", &|name| format!("<{name} {{{{x}}}}>"));
+        assert_eq!(page, "a <x {{x}}> b <y {{x}}> c");
+    }
+
+    #[test]
+    fn the_plot_library_is_whole_and_alone() {
+        let js = plotly();
+        assert!(js.starts_with("<script") && js.ends_with("</script>"));
+        assert!(js.contains("plotly.js v"));
+        assert_eq!(js.matches("</script>").count(), 1, "MathJax is in a script of its own");
+        assert!((1_000_000..6_000_000).contains(&js.len()), "{}", js.len());
+    }
+}

@@ -1,0 +1,95 @@
+//! Scenario files, whole ones and damaged ones.
+
+#![allow(clippy::float_cmp)] // values are handed on, not computed
+
+use proptest::prelude::*;
+use rsph_core::region::Region;
+use rsph_core::sample::Resolution;
+use rsph_core::setup::{LoadKind, Motion, TimeStep};
+use rsph_scenario::Job;
+use rsph_scenario::scenario::{LoadedScenario, ScenarioError, schema};
+use std::path::PathBuf;
+
+const TENSILE: &str = include_str!("../../../scenarios/tensile_liver.toml");
+
+fn lower(text: &str, sets: &[&str]) -> Result<Job, ScenarioError> {
+    let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+    LoadedScenario::from_text("f.toml", text.into(), PathBuf::new(), &sets)?.lower()
+}
+
+#[test]
+fn the_tensile_test_is_lowered_word_by_word() {
+    let job = lower(TENSILE, &[]).unwrap();
+    assert_eq!((job.until, job.frame_interval), (3.0, 0.05));
+    let setup = job.setup;
+    assert_eq!(setup.resolution, Resolution::Particles(343));
+    assert_eq!(setup.time_step, TimeStep::Fixed(0.001));
+    assert_eq!(setup.boundaries[0].fix, [true; 3]);
+    let LoadKind::Traction { traction, .. } = &setup.loads[0].kind else { panic!("{:?}", setup.loads) };
+    assert_eq!(traction.z, 1.0);
+    assert_eq!(setup.probes[0].quantity.component, Some(2));
+    assert_eq!(setup.material.density(), 1.0);
+}
+
+#[test]
+fn every_kind_of_part_is_understood() {
+    let job = lower(TENSILE, &[
+        "body.shape={ cylinder = { radius = 0.5, height = 2.0, axis = \"y\" } }",
+        "initial.velocity={ rotation = { rate = [0, 0, 1] } }",
+        "initial.displacement={ affine = { gradient = [[0, 1, 0], [0, 0, 0], [0, 0, 0]] } }",
+        "boundary.0.kind=prescribed",
+        "boundary.0.fix=[\"z\"]",
+        "boundary.0.motion={ oscillation = { amplitude = [0, 0, 0.1], frequency = 2 } }",
+        "load.0={ kind = \"patch\", pressure = 2, centre = [0, 0, 1], radius = 0.1, direction = [0, 0, -2] }",
+        "time.dt=auto",
+        "probe.0.region={ and = [\"all\", { not = { box = { min = [0, 0, 0], max = [1, 1, 0.5] } } }] }",
+    ])
+    .unwrap();
+    let setup = job.setup;
+    assert_eq!(setup.boundaries[0].fix, [false, false, true]);
+    assert!(
+        matches!(setup.boundaries[0].motion, Some(Motion::Oscillation { frequency, .. }) if frequency == 2.0)
+    );
+    let LoadKind::Patch { direction, radius, .. } = &setup.loads[0].kind else { panic!("{:?}", setup.loads) };
+    assert_eq!((direction.z, *radius), (-1.0, Some(0.1)));
+    assert_eq!(setup.initial.displacement.at(&[0.0, 2.0, 0.0].into()).x, 2.0);
+    assert_eq!(setup.initial.velocity.at(&[1.0, 0.0, 0.0].into()).y, 1.0);
+    assert!(matches!(&setup.probes[0].region, Region::And(parts) if parts.len() == 2));
+}
+
+#[test]
+fn the_scenario_as_run_is_read_back_the_same() {
+    let sets =
+        ["time.until=0.5".to_owned(), "solver.smoothing=1.5".to_owned(), "body.spacing=0.2".to_owned()];
+    let first = LoadedScenario::from_text("f.toml", TENSILE.into(), PathBuf::new(), &sets).unwrap();
+    let again = LoadedScenario::from_text("f.toml", first.as_run().into(), PathBuf::new(), &[]).unwrap();
+    assert_eq!(format!("{:?}", first.tables()), format!("{:?}", again.tables()));
+    assert_eq!((again.tables().time.until, again.tables().body.particles), (0.5, None));
+}
+
+#[test]
+fn schema_names_every_load_and_region() {
+    let text = schema().to_string();
+    for word in
+        ["traction", "body_force", "patch", "half_space", "surface_patch", "upper-right", "liver", "rk4"]
+    {
+        assert!(text.contains(&format!("\"{word}\"")), "{word}");
+    }
+}
+
+proptest! {
+    /// Whatever is cut out of a scenario or put into it: it is understood, or an error says where.
+    #[test]
+    fn damaged_scenarios_never_panic(
+        start in 0..TENSILE.len(),
+        length in 0..30usize,
+        insert in prop_oneof![Just(String::new()), "\\PC{0,6}", "[\\[\\]{}=\",.0-9a-z\\n ]{0,8}"],
+    ) {
+        let end = (start + length).min(TENSILE.len());
+        let text = format!("{}{insert}{}", &TENSILE[..start], &TENSILE[end..]);
+        if let Err(error) = lower(&text, &[]) {
+            prop_assert!(!error.problem.is_empty() && !error.remedy.is_empty(), "{}", error);
+            prop_assert!(error.place().is_some(), "{}", error);
+        }
+    }
+}
