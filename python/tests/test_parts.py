@@ -1,5 +1,9 @@
 """Shapes, regions, materials, results files and plots."""
 
+import os
+import subprocess
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -142,3 +146,38 @@ def test_plots(tmp_path):
 def test_planes_meet_the_faces(sim):
     assert sim.description.load == pytest.approx([0, 0, 1])
     assert repr(BOTTOM) != repr(TOP)
+
+
+def test_results_of_the_command_line_are_read(tmp_path):
+    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+    program = target / "release" / "rsph"
+    assert program.exists(), "build the command line first: cargo build --release"
+    changes = {"body.particles": 125, "time.until": 0.02, "output.every": 0.01}
+    sets = [f"--set={key}={value}" for key, value in changes.items()]
+    scenario = ROOT / "scenarios" / "tensile_liver.toml"
+    run = [program, "run", scenario, "--output", tmp_path / "out", "--quiet", *sets]
+    subprocess.run(run, check=True)
+
+    particles = rsph.read(tmp_path / "out" / "particles.vtkhdf")
+    assert particles.times == pytest.approx([0, 0.01, 0.02])
+    assert len(particles) == len(list(particles)) == len(particles[:]) == 3
+    last = particles[-1]
+    assert last.time == pytest.approx(0.02)
+    assert particles.fields["stress"] == 6
+    sim = rsph.Simulation.from_toml(scenario, overrides=changes)
+    sim.run(until=0.01)
+    sim.run(until=0.02)
+    snapshot = sim.snapshot()
+    for field in last.fields:
+        np.testing.assert_array_equal(last[field], snapshot[field], err_msg=field)
+    np.testing.assert_array_equal(last.positions, snapshot.positions)
+
+    surface = rsph.read(tmp_path / "out" / "surface.vtkhdf")[2]
+    assert isinstance(surface, rsph.Surface)
+    np.testing.assert_array_equal(surface.triangles, sim.surface().triangles)
+    np.testing.assert_array_equal(surface["shear_strain"], sim.surface()["shear_strain"])
+    with pytest.raises(IndexError, match="3 frames"):
+        particles[3]
+    with pytest.raises(rsph.MissingFieldError, match="displacement"):
+        last["temperature"]
+    assert "3 frames from t = 0 to 0.02" in repr(particles)
