@@ -88,13 +88,21 @@ impl Default for VectorField {
 }
 
 impl VectorField {
-    /// The vectors at the reference positions `points`.
-    pub fn at(&self, points: &[Vec3]) -> Vec<Vec3> {
+    /// The vector at the reference position `x`.
+    pub fn at(&self, x: &Vec3) -> Vec3 {
         match self {
-            Self::Constant(c) => vec![*c; points.len()],
-            Self::Affine { constant, gradient } => points.iter().map(|x| constant + gradient * x).collect(),
-            Self::Rotation { rate, centre } => points.iter().map(|x| rate.cross(&(x - centre))).collect(),
+            Self::Constant(c) => *c,
+            Self::Affine { constant, gradient } => constant + gradient * x,
+            Self::Rotation { rate, centre } => rate.cross(&(x - centre)),
+            Self::Function(f) => f(&[*x]).first().copied().unwrap_or_else(Vec3::zeros),
+        }
+    }
+
+    /// The vectors at the reference positions `points`.
+    pub fn at_all(&self, points: &[Vec3]) -> Vec<Vec3> {
+        match self {
             Self::Function(f) => f(points),
+            _ => points.iter().map(|x| self.at(x)).collect(),
         }
     }
 }
