@@ -19,6 +19,7 @@ pub struct InvalidInput {
 
 impl InvalidInput {
     /// A new error for `key`.
+    #[allow(clippy::needless_pass_by_value)] // an error is handed over
     pub fn new(
         key: impl Into<String>,
         value: impl ToString,

@@ -16,7 +16,7 @@ impl Pairs {
         let finite = |x: &&Vec3| x.iter().all(|c| c.is_finite());
         let low = positions.iter().filter(finite).fold(Vec3::repeat(f64::INFINITY), |m, x| m.inf(x));
         let high = positions.iter().filter(finite).fold(Vec3::repeat(f64::NEG_INFINITY), |m, x| m.sup(x));
-        if !(low.x <= high.x) {
+        if low.x > high.x {
             return Self { starts: vec![0; positions.len() + 1], neighbours: Vec::new() };
         }
         // Cells at least as wide as the radius, and not many more than particles.

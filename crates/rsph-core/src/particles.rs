@@ -121,7 +121,7 @@ impl Column {
 
     /// A column from its values, component by component; `data.len()` is a multiple of `len`.
     pub fn from_vec(data: Vec<f64>, len: usize) -> Self {
-        debug_assert!(len == 0 || data.len() % len == 0);
+        debug_assert!(len == 0 || data.len().is_multiple_of(len));
         Self { data: Arc::new(data), len }
     }
 
@@ -149,7 +149,7 @@ impl Column {
 
     /// Number of components.
     pub fn components(&self) -> usize {
-        if self.len == 0 { 0 } else { self.data.len() / self.len }
+        self.data.len().checked_div(self.len).unwrap_or(0)
     }
 
     /// All values, component by component.
@@ -233,6 +233,9 @@ impl Particles {
     }
 
     /// Replaces a column; its length is that of the set.
+    ///
+    /// # Panics
+    /// When it has another length.
     pub fn set(&mut self, field: Field, column: Column) {
         assert_eq!(column.len(), self.len, "column {} has the wrong length", field.spec().name);
         self.columns[field as usize] = column;

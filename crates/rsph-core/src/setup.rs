@@ -44,6 +44,9 @@ impl Ramp {
     }
 }
 
+/// From positions to as many vectors.
+pub type PointwiseFunction = dyn Fn(&[Vec3]) -> Vec<Vec3> + Send + Sync;
+
 /// A vector field over the undeformed body, for initial values.
 #[derive(Clone)]
 pub enum VectorField {
@@ -63,8 +66,8 @@ pub enum VectorField {
         /// A point of the axis.
         centre: Vec3,
     },
-    /// Any function of the reference position.
-    Function(Arc<dyn Fn(&Vec3) -> Vec3 + Send + Sync>),
+    /// Any function of the reference positions, all of them at once: one vector for each.
+    Function(Arc<PointwiseFunction>),
 }
 
 impl std::fmt::Debug for VectorField {
@@ -91,7 +94,15 @@ impl VectorField {
             Self::Constant(c) => *c,
             Self::Affine { constant, gradient } => constant + gradient * x,
             Self::Rotation { rate, centre } => rate.cross(&(x - centre)),
-            Self::Function(f) => f(x),
+            Self::Function(f) => f(&[*x]).first().copied().unwrap_or_else(Vec3::zeros),
+        }
+    }
+
+    /// The vectors at the reference positions `points`.
+    pub fn at_all(&self, points: &[Vec3]) -> Vec<Vec3> {
+        match self {
+            Self::Function(f) => f(points),
+            _ => points.iter().map(|x| self.at(x)).collect(),
         }
     }
 }

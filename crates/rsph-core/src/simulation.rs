@@ -180,9 +180,7 @@ impl Simulation {
 
         let mut particles = Particles::new(n);
         particles.set(Field::Reference, Column::from_vectors(&positions));
-        let at = |f: &crate::setup::VectorField| {
-            Column::from_vectors(&positions.iter().map(|x| f.at(x)).collect::<Vec<_>>())
-        };
+        let at = |f: &crate::setup::VectorField| Column::from_vectors(&f.at_all(&positions));
         particles.set(Field::Displacement, at(&setup.initial.displacement));
         particles.set(Field::Velocity, at(&setup.initial.velocity));
         particles.set(Field::Mass, Column::from_vec(elastic.mass.clone(), n));

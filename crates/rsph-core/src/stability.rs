@@ -53,7 +53,9 @@ pub fn largest_eigenvalue(elastic: &mut Elastic) -> f64 {
     if scale == 0.0 {
         return 0.0;
     }
-    q.iter_mut().for_each(|x| *x /= scale);
+    for x in &mut q {
+        *x /= scale;
+    }
     let (mut previous, mut force) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
     let mut scaled = vec![0.0; 3 * n];
     let (mut diagonal, mut off) = (Vec::new(), Vec::new());

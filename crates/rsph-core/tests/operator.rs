@@ -53,7 +53,9 @@ fn translation_and_small_rotation_are_strain_and_force_free() {
     let spin = Mat3::new(0.0, -0.3, 0.2, 0.3, 0.0, -0.1, -0.2, 0.1, 0.0);
     let n = body.positions.len();
     let mut u = linear_field(&body, &spin);
-    u.iter_mut().for_each(|u| *u += 0.7);
+    for u in &mut u {
+        *u += 0.7;
+    }
     assert!(body.elastic.strain(0.0, &u).iter().all(|e| e.abs() < 1e-12));
     let mut force = vec![0.0; 3 * n];
     body.elastic.force_of(&u, &mut force);

@@ -1,1 +1,41 @@
-//! Placeholder.
+//! The compiled half of the Python package `rsph`: a thin layer over the core and the scenario
+//! crate. What users see, with its documentation, is in `python/rsph`.
+//!
+//! A simulation that is built in Python passes through the same tables as a scenario file, as a
+//! TOML text; so names, defaults, checks and messages are those of the command line.
+// What PyO3 extracts from Python is owned.
+#![allow(clippy::needless_pass_by_value)]
+
+mod arrays;
+mod errors;
+mod field;
+mod history;
+mod results;
+mod scenario;
+mod shape;
+mod simulation;
+mod snapshot;
+
+use pyo3::prelude::*;
+
+/// The compiled module `rsph._rsph`.
+#[pymodule]
+mod _rsph {
+    #[pymodule_export]
+    use crate::results::{describe_results, read_frame};
+    #[pymodule_export]
+    use crate::scenario::{check, material_models};
+    #[pymodule_export]
+    use crate::shape::{Shape, organ_names};
+    #[pymodule_export]
+    use crate::simulation::Simulation;
+    #[pymodule_export]
+    use crate::snapshot::Snapshot;
+
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

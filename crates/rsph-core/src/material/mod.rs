@@ -39,6 +39,9 @@ pub struct Parameter {
     pub default: Option<f64>,
 }
 
+/// Builds a material from the values of its parameters.
+pub type Build = fn(&[f64]) -> Result<Arc<dyn Material>, InvalidInput>;
+
 /// One row of the registry: what a scenario, the schema and Python need to know of a model.
 #[derive(Clone, Copy, Debug)]
 pub struct Model {
@@ -49,7 +52,7 @@ pub struct Model {
     /// Parameters, in order.
     pub parameters: &'static [Parameter],
     /// Builds the material from its parameters in that order.
-    pub build: fn(&[f64]) -> Result<Arc<dyn Material>, InvalidInput>,
+    pub build: Build,
 }
 
 /// All material models.

@@ -1,0 +1,45 @@
+//! Scenarios written by the Python half, and what it needs to know to write them.
+
+use crate::errors;
+use crate::shape::Shape;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use rsph_core::material::REGISTRY;
+use rsph_core::setup::Setup;
+use rsph_scenario::scenario::LoadedScenario;
+use std::path::PathBuf;
+
+fn understood(text: String) -> PyResult<Setup> {
+    let loaded = LoadedScenario::from_text("", text, PathBuf::new(), &[]);
+    let job = loaded.and_then(|s| s.lower()).map_err(|e| errors::scenario_text(&e))?;
+    Ok(job.setup)
+}
+
+/// What the core simulates from the TOML text `text`; its shape is replaced by `shape`, since a
+/// shape made in Python may have no words in TOML.
+pub fn setup(text: String, shape: &Shape) -> PyResult<Setup> {
+    Ok(Setup { shape: std::sync::Arc::clone(&shape.shape), ..understood(text)? })
+}
+
+/// Raises `rsph.InputError` if the scenario `text` can not be understood.
+#[pyfunction]
+pub fn check(text: String) -> PyResult<()> {
+    understood(text).map(drop)
+}
+
+/// All material models: name, description and parameters (key, unit, description, default).
+#[pyfunction]
+pub fn material_models(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    REGISTRY
+        .iter()
+        .map(|model| {
+            let parameters: Vec<_> =
+                model.parameters.iter().map(|p| (p.key, p.unit, p.doc, p.default)).collect();
+            let row = PyDict::new(py);
+            row.set_item("name", model.name)?;
+            row.set_item("doc", model.doc)?;
+            row.set_item("parameters", parameters)?;
+            Ok(row)
+        })
+        .collect()
+}

@@ -1,0 +1,161 @@
+//! Shapes of bodies.
+
+use crate::arrays;
+use crate::errors;
+use numpy::PyReadonlyArray2;
+use pyo3::prelude::*;
+use rsph_core::error::InvalidInput;
+use rsph_core::mesh::TriangleMesh;
+use rsph_core::region::Axis;
+use rsph_core::shape::{self as core, BoxShape, CylinderShape, MeshShape, SphereShape};
+use rsph_core::tensor::Vec3;
+use rsph_scenario::mesh_io::read_mesh;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A body's shape in its undeformed state.
+#[pyclass(frozen, module = "rsph._rsph")]
+pub struct Shape {
+    pub(crate) shape: Arc<dyn core::Shape>,
+    notes: Vec<String>,
+}
+
+impl Shape {
+    fn analytic<S: core::Shape + 'static>(shape: Result<S, InvalidInput>) -> PyResult<Self> {
+        let shape = shape.map_err(|e| errors::invalid_input(&e))?;
+        Ok(Self { shape: Arc::new(shape), notes: Vec::new() })
+    }
+
+    fn from_mesh(mesh: &TriangleMesh, name: &str) -> PyResult<Self> {
+        let (shape, notes) = MeshShape::new(mesh, name).map_err(|e| errors::invalid_input(&e))?;
+        Ok(Self { shape: Arc::new(shape), notes })
+    }
+}
+
+#[pymethods]
+impl Shape {
+    /// An axis-aligned box.
+    #[staticmethod]
+    #[pyo3(name = "box")]
+    fn cuboid(size: [f64; 3], corner: [f64; 3]) -> PyResult<Self> {
+        Self::analytic(BoxShape::new(size.into(), corner.into()))
+    }
+
+    /// A sphere.
+    #[staticmethod]
+    fn sphere(radius: f64, centre: [f64; 3]) -> PyResult<Self> {
+        Self::analytic(SphereShape::new(radius, centre.into()))
+    }
+
+    /// A cylinder along the axis "x", "y" or "z".
+    #[staticmethod]
+    fn cylinder(radius: f64, height: f64, axis: &str, centre: [f64; 3]) -> PyResult<Self> {
+        let axis = match axis {
+            "x" => Axis::X,
+            "y" => Axis::Y,
+            "z" => Axis::Z,
+            other => {
+                return Err(errors::invalid_input(&InvalidInput::new(
+                    "body.shape.cylinder.axis",
+                    format!("\"{other}\""),
+                    "there is no such axis",
+                    "choose \"x\", \"y\" or \"z\"",
+                )));
+            }
+        };
+        Self::analytic(CylinderShape::new(axis, radius, height, centre.into()))
+    }
+
+    /// An organ that the program builds itself.
+    #[staticmethod]
+    fn organ(py: Python<'_>, name: &str) -> PyResult<Self> {
+        py.detach(|| Self::analytic(core::organ(name)))
+    }
+
+    /// The inside of a closed triangle mesh from a file.
+    #[staticmethod]
+    fn mesh_file(py: Python<'_>, path: PathBuf, scale: f64) -> PyResult<Self> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        py.detach(|| {
+            let mesh = read_mesh(&path, scale).map_err(|e| errors::mesh(&e))?;
+            Self::from_mesh(&mesh, &format!("mesh {name}"))
+        })
+    }
+
+    /// The inside of a closed triangle mesh from arrays (V, 3) and (T, 3).
+    #[staticmethod]
+    fn mesh_arrays(
+        py: Python<'_>,
+        vertices: PyReadonlyArray2<'_, f64>,
+        triangles: PyReadonlyArray2<'_, u32>,
+    ) -> PyResult<Self> {
+        let vertices: Vec<Vec3> = arrays::vectors(&vertices, "vertices")?;
+        let triangles = triangles.as_array();
+        if triangles.ncols() != 3 {
+            return Err(arrays::shape_error("triangles", triangles.shape()));
+        }
+        let triangles = triangles.rows().into_iter().map(|r| [r[0], r[1], r[2]]).collect();
+        let mesh = TriangleMesh { vertices, triangles };
+        py.detach(|| Self::from_mesh(&mesh, "mesh from arrays"))
+    }
+
+    /// What it is.
+    #[getter]
+    fn name(&self) -> String {
+        self.shape.name()
+    }
+
+    /// Volume enclosed by the surface.
+    #[getter]
+    fn volume(&self) -> f64 {
+        self.shape.volume()
+    }
+
+    /// Lower and upper corner of the bounding box.
+    #[getter]
+    fn bounds(&self) -> ((f64, f64, f64), (f64, f64, f64)) {
+        let b = self.shape.bounds();
+        ((b.min.x, b.min.y, b.min.z), (b.max.x, b.max.y, b.max.z))
+    }
+
+    /// What was changed about a mesh, one sentence each.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.notes.clone()
+    }
+
+    /// Vertices (V, 3) and triangles (T, 3) of the surface.
+    fn surface<'py>(&self, py: Python<'py>) -> (Bound<'py, PyAny>, Bound<'py, PyAny>) {
+        let mesh = self.shape.surface();
+        let vertices = arrays::positions(py, mesh.vertices.iter().map(|v| (*v).into()));
+        (vertices, arrays::triangles(py, &mesh.triangles))
+    }
+
+    /// Signed distances (N,) of points (N, 3) to the surface, negative inside.
+    fn signed_distance<'py>(
+        &self,
+        py: Python<'py>,
+        points: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let points = arrays::vectors(&points, "points")?;
+        let distances = py.detach(|| points.iter().map(|p| self.shape.signed_distance(p)).collect());
+        arrays::point_by_point(py, distances, 1)
+    }
+
+    fn __repr__(&self) -> String {
+        let (size, volume) = (self.shape.bounds().size(), self.shape.volume());
+        format!(
+            "<rsph shape: {}, extent {:.4} x {:.4} x {:.4}, volume {volume:.4e}>",
+            self.shape.name(),
+            size.x,
+            size.y,
+            size.z
+        )
+    }
+}
+
+/// Names of the organs that the program builds itself.
+#[pyfunction]
+pub fn organ_names() -> Vec<&'static str> {
+    core::organ_names().collect()
+}

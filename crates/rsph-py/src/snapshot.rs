@@ -1,0 +1,55 @@
+//! One moment of a simulation.
+
+use crate::arrays;
+use pyo3::prelude::*;
+use rsph_core::particles::Field;
+use rsph_core::snapshot::Snapshot as CoreSnapshot;
+
+/// One moment of a simulation; columns are shared with it, not copied.
+#[pyclass(frozen, module = "rsph._rsph")]
+pub struct Snapshot {
+    snapshot: CoreSnapshot,
+}
+
+impl Snapshot {
+    pub(crate) fn new(snapshot: CoreSnapshot) -> Self {
+        Self { snapshot }
+    }
+}
+
+#[pymethods]
+impl Snapshot {
+    /// Simulated time.
+    #[getter]
+    fn time(&self) -> f64 {
+        self.snapshot.time
+    }
+
+    /// Number of steps taken.
+    #[getter]
+    fn step(&self) -> u64 {
+        self.snapshot.step
+    }
+
+    /// Names of the columns that are there.
+    fn names(&self) -> Vec<&'static str> {
+        self.snapshot.columns().map(|(spec, _)| spec.name).collect()
+    }
+
+    /// The column of that name, read-only and without a copy; None if there is none.
+    fn column<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Option<Bound<'py, PyAny>>> {
+        match Field::from_name(name).filter(|f| self.snapshot.particles.has(*f)) {
+            None => Ok(None),
+            Some(field) => arrays::column_view(py, self.snapshot.column(field)).map(Some),
+        }
+    }
+
+    /// Current positions (N, 3), a new array.
+    fn positions<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        arrays::positions(py, self.snapshot.positions().into_iter())
+    }
+
+    fn __len__(&self) -> usize {
+        self.snapshot.len()
+    }
+}

@@ -1,0 +1,99 @@
+"""Parts of the body that are held or moved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from rsph._scenario import Table, Vector, check, vector
+from rsph.regions import Region
+
+__all__ = ["Boundary", "Clamp", "Oscillation", "Prescribed", "RampTo"]
+
+Component: TypeAlias = Literal["x", "y", "z"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Boundary:
+    """A part of the body whose motion is known; use :class:`Clamp` or :class:`Prescribed`.
+
+    Args:
+        region: where. A plane that touches a flat face of the body holds that face; a region with
+            particles in it holds those particles.
+        fix: the components held, all of them by default. Only the normal one makes a roller or a
+            plane of symmetry.
+    """
+
+    region: Region
+    fix: Sequence[Component] = ("x", "y", "z")
+
+    def __post_init__(self) -> None:
+        check("boundary", boundary=[self._as_table()])
+
+    def _as_table(self) -> Table:
+        return {"region": self.region._table, "fix": list(self.fix)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clamp(Boundary):
+    """A part that does not move.
+
+    >>> Clamp(region=regions.plane(axis="z", at=0.0, side="below"))  # doctest: +SKIP
+    """
+
+    def _as_table(self) -> Table:
+        return super()._as_table() | {"kind": "clamp"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class RampTo:
+    """Moves by ``displacement`` (m, shape (3,)) at constant velocity, then rests.
+
+    Args:
+        displacement: where to (m), shape (3,).
+        start: begin of the motion (s).
+        end: end of the motion (s), later than ``start``.
+    """
+
+    displacement: Vector
+    start: float = 0.0
+    end: float
+
+    def _as_table(self) -> Table:
+        displacement = vector("boundary.motion.ramp.displacement", self.displacement)
+        return {"ramp": {"displacement": displacement, "from": self.start, "to": self.end}}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Oscillation:
+    """Moves by ``amplitude sin(2 pi frequency t)``.
+
+    Args:
+        amplitude: amplitude of the displacement (m), shape (3,).
+        frequency: frequency (Hz).
+    """
+
+    amplitude: Vector
+    frequency: float
+
+    def _as_table(self) -> Table:
+        amplitude = vector("boundary.motion.oscillation.amplitude", self.amplitude)
+        return {"oscillation": {"amplitude": amplitude, "frequency": self.frequency}}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prescribed(Boundary):
+    """A part that moves in a given way.
+
+    Args:
+        region: as for every boundary.
+        fix: as for every boundary.
+        motion: a :class:`RampTo` or an :class:`Oscillation`.
+    """
+
+    motion: RampTo | Oscillation
+
+    def _as_table(self) -> Table:
+        table = super()._as_table() | {"kind": "prescribed"}
+        return table | {"motion": self.motion._as_table()}

@@ -1,0 +1,72 @@
+"""Vector fields over the undeformed body, for initial values.
+
+Instead of one of these, ``Simulation`` takes a constant vector, or a function of an array (N, 3) of
+reference positions that returns an array (N, 3).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from rsph._scenario import Table, Vector, matrix, vector
+
+__all__ = ["Affine", "Field", "Rotation"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Affine:
+    """``constant + gradient x``.
+
+    Args:
+        gradient: row i is the gradient of component i, shape (3, 3).
+        constant: value at the origin, shape (3,).
+    """
+
+    gradient: npt.ArrayLike
+    constant: Vector = (0.0, 0.0, 0.0)
+
+    def _as_table(self) -> Table:
+        gradient = matrix("initial.affine.gradient", self.gradient)
+        constant = vector("initial.affine.constant", self.constant)
+        return {"affine": {"gradient": gradient, "constant": constant}}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rotation:
+    """``rate x (x - centre)``: a rigid rotation.
+
+    Args:
+        rate: rotation vector (rad/s for velocities, rad for displacements), shape (3,).
+        centre: a point of the axis (m), shape (3,).
+    """
+
+    rate: Vector
+    centre: Vector = (0.0, 0.0, 0.0)
+
+    def _as_table(self) -> Table:
+        rate = vector("initial.rotation.rate", self.rate)
+        return {"rotation": {"rate": rate, "centre": vector("initial.centre", self.centre)}}
+
+
+Function: TypeAlias = Callable[[npt.NDArray[np.float64]], npt.NDArray[Any]]
+Field: TypeAlias = Vector | Affine | Rotation | Function
+"""Everything that describes initial values."""
+
+
+def table_of(key: str, field: Field | None) -> Table | None:
+    """The table of a field that has words in a scenario file."""
+    if field is None or callable(field):
+        return None
+    if isinstance(field, Affine | Rotation):
+        return field._as_table()
+    return {"constant": vector(key, field)}
+
+
+def function_of(field: Field | None) -> Function | None:
+    """The field if it is a function."""
+    return field if callable(field) else None

@@ -1,0 +1,249 @@
+"""What a simulation gives: moments, surfaces, and the files of a run's folder.
+
+Symmetric tensors have six components in the order XX YY ZZ XY YZ XZ.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from rsph import _rsph
+from rsph.errors import InputError, MissingFieldError
+
+__all__ = ["ParticleFrame", "Results", "Snapshot", "Surface", "read"]
+
+Array = npt.NDArray[np.float64]
+
+
+class Snapshot:
+    """One moment of a simulation, with read-only arrays that are not copied.
+
+    It stays as it is when the simulation goes on. Every field is an attribute and an item:
+    ``snapshot.stress`` is ``snapshot["stress"]``. Made by :meth:`rsph.Simulation.snapshot`.
+    """
+
+    def __init__(self, snapshot: _rsph.Snapshot) -> None:
+        self._snapshot = snapshot
+
+    @property
+    def time(self) -> float:
+        """Simulated time (s)."""
+        return self._snapshot.time
+
+    @property
+    def step(self) -> int:
+        """Number of time steps taken."""
+        return self._snapshot.step
+
+    @property
+    def fields(self) -> list[str]:
+        """Names of the fields that are there."""
+        return self._snapshot.names()
+
+    @property
+    def positions(self) -> Array:
+        """Current positions x = X + u (m), shape (N, 3); computed anew at each use."""
+        return self._snapshot.positions()
+
+    @property
+    def reference(self) -> Array:
+        """Positions X in the undeformed body (m), shape (N, 3)."""
+        return self["reference"]
+
+    @property
+    def displacement(self) -> Array:
+        """Displacement u (m), shape (N, 3)."""
+        return self["displacement"]
+
+    @property
+    def velocity(self) -> Array:
+        """Velocity v (m/s), shape (N, 3)."""
+        return self["velocity"]
+
+    @property
+    def mass(self) -> Array:
+        """Mass (kg), shape (N,)."""
+        return self["mass"]
+
+    @property
+    def volume(self) -> Array:
+        """Volume in the undeformed body (m^3), shape (N,)."""
+        return self["volume"]
+
+    @property
+    def density(self) -> Array:
+        """Density (kg/m^3), shape (N,)."""
+        return self["density"]
+
+    @property
+    def strain(self) -> Array:
+        """Strain, shape (N, 6): XX YY ZZ XY YZ XZ."""
+        return self["strain"]
+
+    @property
+    def stress(self) -> Array:
+        """Stress (Pa), shape (N, 6): XX YY ZZ XY YZ XZ."""
+        return self["stress"]
+
+    @property
+    def level_set(self) -> Array:
+        """Signed distance to the undeformed surface (m), negative inside, shape (N,)."""
+        return self["level_set"]
+
+    @property
+    def von_mises(self) -> Array:
+        """Von Mises' equivalent stress (Pa), shape (N,)."""
+        return self["von_mises"]
+
+    def __getitem__(self, field: str) -> Array:
+        column = self._snapshot.column(field)
+        if column is None:
+            raise _missing(field, self.fields)
+        return column
+
+    def __len__(self) -> int:
+        return len(self._snapshot)
+
+    def __repr__(self) -> str:
+        fields = ", ".join(self.fields)
+        return f"<Snapshot at t = {self.time:g}: {len(self)} particles with {fields}>"
+
+
+@dataclass(frozen=True, repr=False)
+class _Frame:
+    time: float
+    fields: Mapping[str, Array]
+
+    def __getitem__(self, field: str) -> Array:
+        try:
+            return self.fields[field]
+        except KeyError:
+            raise _missing(field, self.fields) from None
+
+
+@dataclass(frozen=True, repr=False)
+class Surface(_Frame):
+    """The deformed surface of one moment.
+
+    Attributes:
+        time: simulated time (s).
+        fields: values on the vertices by name, shapes (V,), (V, 3), (V, 6); ``surface["strain"]``
+            is ``surface.fields["strain"]``. ``normal_strain`` is n.e.n, ``shear_strain`` is
+            |e n - (n.e.n) n|.
+        vertices: current positions (m), shape (V, 3).
+        triangles: vertex indices, outward, shape (T, 3).
+    """
+
+    vertices: Array
+    triangles: npt.NDArray[np.uint32]
+
+    def __repr__(self) -> str:
+        return (
+            f"<Surface at t = {self.time:g}: {len(self.vertices)} vertices, "
+            f"{len(self.triangles)} triangles with {', '.join(self.fields)}>"
+        )
+
+
+@dataclass(frozen=True, repr=False)
+class ParticleFrame(_Frame):
+    """The particles of one stored moment.
+
+    Attributes:
+        time: simulated time (s).
+        fields: values by name, shapes (N,), (N, 3), (N, 6); ``frame["strain"]`` is
+            ``frame.fields["strain"]``.
+        positions: current positions (m), shape (N, 3).
+    """
+
+    positions: Array
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def __repr__(self) -> str:
+        fields = ", ".join(self.fields)
+        return f"<ParticleFrame at t = {self.time:g}: {len(self)} particles with {fields}>"
+
+
+class Results(Sequence["ParticleFrame | Surface"]):
+    """A results file as a sequence of its frames; each is read when it is asked for.
+
+    ``results[-1]`` is the last frame: a :class:`ParticleFrame`, or a :class:`Surface` for a
+    ``surface.vtkhdf``. Made by :func:`rsph.read`.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self._path = os.fspath(path)
+        info = _rsph.describe_results(self._path)
+        self._times = np.array(info["times"], dtype=np.float64)
+        self._fields: dict[str, int] = info["fields"]
+
+    @property
+    def times(self) -> Array:
+        """Times of the frames (s), shape (F,)."""
+        return self._times
+
+    @property
+    def fields(self) -> dict[str, int]:
+        """Number of components of each field by name."""
+        return dict(self._fields)
+
+    def __len__(self) -> int:
+        return len(self._times)
+
+    @overload
+    def __getitem__(self, index: int) -> ParticleFrame | Surface: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[ParticleFrame | Surface]: ...
+    def __getitem__(
+        self, index: int | slice
+    ) -> ParticleFrame | Surface | list[ParticleFrame | Surface]:
+        if isinstance(index, slice):
+            return [self._read(k) for k in range(*index.indices(len(self)))]
+        k = index + len(self) if index < 0 else index
+        if not 0 <= k < len(self):
+            raise IndexError(f"{self._path} has {len(self)} frames, there is no frame {index}")
+        return self._read(k)
+
+    def __iter__(self) -> Iterator[ParticleFrame | Surface]:
+        return (self._read(k) for k in range(len(self)))
+
+    def _read(self, step: int) -> ParticleFrame | Surface:
+        frame: dict[str, Any] = _rsph.read_frame(self._path, step)
+        time, fields, points = frame["time"], frame["fields"], frame["points"]
+        if frame["triangles"] is None:
+            return ParticleFrame(time, fields, points)
+        return Surface(time, fields, points, frame["triangles"])
+
+    def __repr__(self) -> str:
+        span = f" from t = {self._times[0]:g} to {self._times[-1]:g}" if len(self) else ""
+        return f"<Results {self._path}: {len(self)} frames{span} with {', '.join(self._fields)}>"
+
+
+def read(path: str | os.PathLike[str]) -> Results:
+    """Opens a ``particles.vtkhdf`` or ``surface.vtkhdf`` of a run's folder.
+
+    Raises:
+        InputError: it cannot be read, or is something else.
+    """
+    if os.path.isdir(path):
+        raise InputError(
+            f"{os.fspath(path)}: is a folder",
+            key="path",
+            value=os.fspath(path),
+            remedy="give particles.vtkhdf or surface.vtkhdf in it",
+        )
+    return Results(path)
+
+
+def _missing(field: str, present: object) -> MissingFieldError:
+    names = ", ".join(present) if isinstance(present, list | Mapping) else ""
+    return MissingFieldError(
+        f"there is no field `{field}`", key=field, remedy=f"there are: {names}"
+    )

@@ -1,0 +1,369 @@
+"""The simulation of one body."""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from rsph import _rsph
+from rsph._scenario import Table, scenario, toml, without_none
+from rsph.boundaries import Boundary
+from rsph.errors import InputError, RsphWarning
+from rsph.fields import Field, function_of, table_of
+from rsph.loads import Load
+from rsph.materials import Material
+from rsph.probes import Probe
+from rsph.results import Snapshot, Surface
+from rsph.shapes import Shape
+
+__all__ = ["Description", "Simulation"]
+
+Array = npt.NDArray[np.float64]
+History: TypeAlias = dict[str, Array]
+_T = TypeVar("_T")
+
+# `run` records the probes at least this often, or at every step if it has fewer.
+_MIN_SAMPLES = 1000
+
+
+@dataclass(frozen=True)
+class Description:
+    """What is known of a simulation before its first step."""
+
+    shape: str
+    """Name of the shape."""
+    material: str
+    """Name of the material model."""
+    particles: int
+    """Number of particles."""
+    spacing: float
+    """Distance between particles (m)."""
+    smoothing_length: float
+    """Smoothing length h (m)."""
+    neighbours: int
+    """Neighbours of an inner particle."""
+    dt: float
+    """Time step (s)."""
+    dt_limit: float
+    """Largest stable time step (s)."""
+    limited_by_viscosity: bool
+    """Whether viscosity (True) or wave speed (False) sets that limit."""
+    volume: float
+    """Volume of the particles (m^3)."""
+    shape_volume: float
+    """Volume of the shape (m^3)."""
+    load: Array
+    """Total force of the loads at full ramp (N), shape (3,)."""
+
+
+class Simulation:
+    """A body, what it is made of, and what happens to it.
+
+    >>> import rsph
+    >>> below, above = (
+    ...     rsph.regions.plane(axis="z", at=0.0, side="below"),
+    ...     rsph.regions.plane(axis="z", at=1.0, side="above"),
+    ... )
+    >>> sim = rsph.Simulation(
+    ...     shape=rsph.shapes.Box(size=(1, 1, 1)),
+    ...     spacing=0.25,
+    ...     material=rsph.materials.KelvinVoigt(
+    ...         density=1.0, young_modulus=100.0, poisson_ratio=0.3, relaxation_time=0.2
+    ...     ),
+    ...     boundaries=[rsph.boundaries.Clamp(region=below)],
+    ...     loads=[rsph.loads.Traction(region=above, traction=(0, 0, 1))],
+    ...     probes=[rsph.Probe(name="extension", quantity="displacement.z", region=above)],
+    ... )
+    >>> history = sim.run(until=0.1)
+    >>> bool(history["extension"][-1] > 0.0)
+    True
+
+    Args:
+        shape: the body.
+        spacing: distance between particles (m); either this or ``particles``.
+        particles: number of particles (about); the spacing is found from it.
+        material: what the body is made of.
+        boundaries: parts that are held or moved.
+        loads: what pushes or pulls.
+        probes: named readings, for :meth:`probes` and the history.
+        initial_velocity: a constant vector (m/s), a field of :mod:`rsph.fields`, or a function of
+            an array (N, 3) of positions (m) that returns an array (N, 3). At rest by default.
+        initial_displacement: the same for the displacement (m). None by default.
+        formulation: ``"adjoint"``, which is stable, or ``"paper"``, which is the paper's to the
+            letter and is not.
+        smoothing: smoothing length in spacings; by default 1.25.
+        hourglass: weight of the hourglass term; by default 0.1.
+        dt: time step (s), or ``"auto"`` for 0.9 of the stability limit.
+        allow_unstable: accept a ``dt`` above the stability limit.
+        units: ``"SI"`` or ``"normalised"``; labels only.
+
+    Raises:
+        InputError: something that cannot be simulated.
+    """
+
+    def __init__(
+        self,
+        *,
+        shape: Shape,
+        material: Material,
+        spacing: float | None = None,
+        particles: int | None = None,
+        boundaries: Sequence[Boundary] = (),
+        loads: Sequence[Load] = (),
+        probes: Sequence[Probe] = (),
+        initial_velocity: Field | None = None,
+        initial_displacement: Field | None = None,
+        formulation: Literal["adjoint", "paper"] = "adjoint",
+        smoothing: float | None = None,
+        hourglass: float | None = None,
+        dt: float | Literal["auto"] = "auto",
+        allow_unstable: bool = False,
+        units: Literal["SI", "normalised"] = "SI",
+    ) -> None:
+        _check_types(shape, Shape, "shape", "a shape, for example rsph.shapes.Box(size=(1, 1, 1))")
+        _check_types(material, Material, "material", "a material of rsph.materials")
+        box: Table = {"box": {"size": [1.0, 1.0, 1.0]}}  # `shape` takes its place
+        text = scenario(
+            units=units,
+            body=without_none(shape=box, spacing=spacing, particles=particles),
+            material=material._as_table(),
+            initial=without_none(
+                velocity=table_of("initial.velocity", initial_velocity),
+                displacement=table_of("initial.displacement", initial_displacement),
+            ),
+            boundary=[b._as_table() for b in _list(boundaries, Boundary, "boundaries")],
+            load=[load._as_table() for load in _list(loads, Load, "loads")],
+            probe=[probe._as_table() for probe in _list(probes, Probe, "probes")],
+            solver=without_none(formulation=formulation, smoothing=smoothing, hourglass=hourglass),
+            time={"dt": dt, "until": 1.0, "allow_unstable": allow_unstable},
+        )
+        self._start(
+            _rsph.Simulation(
+                text,
+                shape._shape,
+                function_of(initial_displacement),
+                function_of(initial_velocity),
+            )
+        )
+
+    @classmethod
+    def from_toml(
+        cls, path: str | os.PathLike[str], *, overrides: Mapping[str, object] | None = None
+    ) -> Simulation:
+        """A simulation from a scenario file.
+
+        Args:
+            path: the file.
+            overrides: values to put in the place of those of the file by dotted key, such as
+                ``{"time.dt": 0.001, "load.0.ramp.to": 1.0}``.
+        """
+        sets = [f"{key}={toml(value, key)}" for key, value in (overrides or {}).items()]
+        simulation = cls.__new__(cls)
+        simulation._start(_rsph.Simulation.from_toml(os.fspath(path), sets))
+        return simulation
+
+    def _start(self, core: _rsph.Simulation) -> None:
+        self._core = core
+        self._description = Description(**core.description())
+        for note in core.notes:
+            warnings.warn(note, RsphWarning, stacklevel=3)
+
+    def step(self, n: int = 1) -> None:
+        """Takes ``n`` time steps of length ``dt``.
+
+        Raises:
+            SimulationError: it failed; it stands at its last good state.
+        """
+        if n < 0:
+            raise InputError(
+                f"`n` = {n}: steps are counted", key="n", value=str(n), remedy="give 0 or more"
+            )
+        self._core.step(n)
+
+    def run(
+        self,
+        *,
+        until: float | None = None,
+        every: float | None = None,
+        callback: Callable[[Simulation], object] | None = None,
+        progress: bool = False,
+    ) -> History:
+        """Runs to the time ``until`` exactly, shortening its steps a little to meet it.
+
+        Other Python threads go on meanwhile. Ctrl-C stops it at a whole step with a
+        KeyboardInterrupt, after which it can go on.
+
+        Args:
+            until: end of the run (s); by default that of the scenario file.
+            every: time (s) between two calls of ``callback``; by default a fiftieth of the run.
+            callback: called with the simulation; it may take snapshots. An exception ends the run.
+            progress: show on stderr how far it is.
+
+        Returns:
+            The history of the probes, as :meth:`history`.
+
+        Raises:
+            SimulationError: it failed; it stands at its last good state.
+        """
+        start = self.time
+        end = self._end(until)
+        if every is not None and not every > 0.0:
+            raise InputError(
+                f"`every` = {every}: must be greater than 0",
+                key="every",
+                value=str(every),
+                remedy="give the time between two calls",
+            )
+        stride = max(1, int((end - start) / self.dt) // _MIN_SAMPLES)
+        report = _Progress(start, end) if progress else None
+        pieces = 1
+        if callback is not None:
+            # A remainder of rounding is no piece of its own.
+            interval = (end - start) / 50 if every is None else every
+            pieces = max(1, math.ceil((end - start) / interval - 1e-9))
+        try:
+            for k in range(1, pieces + 1):
+                self._core.advance(end if k == pieces else start + k * interval, stride, report)
+                if callback is not None:
+                    callback(self)
+        finally:
+            if report is not None:
+                report.close(self.time)
+        return self.history()
+
+    def _end(self, until: float | None) -> float:
+        end = self._core.until if until is None else until
+        if end is None:
+            raise InputError(
+                "`until`: missing", key="until", remedy="say when to stop, for example until=3.0"
+            )
+        if not (math.isfinite(end) and end >= self.time):
+            raise InputError(
+                f"`until` = {end}: must be a number from the present time t = {self.time:g} on",
+                key="until",
+                value=str(end),
+                remedy="give the time at which to stop, not a duration",
+            )
+        return float(end)
+
+    @property
+    def time(self) -> float:
+        """Simulated time (s)."""
+        return self._core.time
+
+    @property
+    def steps(self) -> int:
+        """Number of time steps taken."""
+        return self._core.steps
+
+    @property
+    def dt(self) -> float:
+        """Time step (s)."""
+        return self._description.dt
+
+    @property
+    def dt_limit(self) -> float:
+        """Largest stable time step (s)."""
+        return self._description.dt_limit
+
+    @property
+    def particles(self) -> int:
+        """Number of particles."""
+        return self._description.particles
+
+    @property
+    def spacing(self) -> float:
+        """Distance between particles (m)."""
+        return self._description.spacing
+
+    @property
+    def description(self) -> Description:
+        """What is known before the first step."""
+        return self._description
+
+    @property
+    def notes(self) -> list[str]:
+        """Things you should know, one sentence each; also given as warnings."""
+        return self._core.notes
+
+    def snapshot(self) -> Snapshot:
+        """This moment, with read-only arrays that are not copied."""
+        return Snapshot(self._core.snapshot())
+
+    def surface(self) -> Surface:
+        """The deformed surface of this moment, with all fields on its vertices."""
+        vertices, triangles, fields = self._core.surface()
+        return Surface(self.time, fields, vertices, triangles)
+
+    def probes(self) -> dict[str, float]:
+        """The probes' readings of this moment; a vector probe gives ``<name>_x`` and so on."""
+        return self._core.probes()
+
+    def history(self) -> History:
+        """What :meth:`run` recorded of the probes.
+
+        Arrays of shape (S,) by name, ``"time"`` first: at every step, or about a thousand samples
+        of a longer run.
+        """
+        return self._core.history()
+
+    def conservation(self) -> dict[str, float | Array]:
+        """Mass (kg), momentum, energies (J), forces (N) and their errors at this moment.
+
+        Keys: ``mass``, ``momentum`` (3,), ``kinetic_energy``, ``elastic_energy``,
+        ``external_work``, ``dissipated``, ``load`` (3,), ``reaction`` (3,), and the relative
+        ``momentum_error`` and ``mass_error``.
+        """
+        return self._core.conservation()
+
+    def __repr__(self) -> str:
+        d = self._description
+        return (
+            f"<Simulation of {d.shape}, {d.material}: {d.particles} particles, spacing "
+            f"{d.spacing:.4g}; t = {self.time:g} after {self.steps} steps, dt {d.dt:.3g} of at "
+            f"most {d.dt_limit:.3g}>"
+        )
+
+
+class _Progress:
+    """One line on stderr."""
+
+    def __init__(self, start: float, end: float) -> None:
+        self._start = start
+        self._end = end
+
+    def __call__(self, time: float) -> None:
+        share = (time - self._start) / (self._end - self._start or 1.0)
+        sys.stderr.write(f"\rt = {time:.4g} of {self._end:.4g} ({share:.0%})")
+        sys.stderr.flush()
+
+    def close(self, time: float) -> None:
+        self(time)
+        sys.stderr.write("\n")
+
+
+def _list(values: Sequence[_T], kind: type[_T], name: str) -> Sequence[_T]:
+    if isinstance(values, kind):
+        remedy = f"wrap it in brackets: {name}=[...]"
+        raise InputError(f"`{name}`: needs a list", key=name, remedy=remedy)
+    for i, value in enumerate(values):
+        _check_types(value, kind, f"{name}[{i}]", f"a {kind.__name__}")
+    return values
+
+
+def _check_types(value: object, kind: type, key: str, wanted: str) -> None:
+    if not isinstance(value, kind):
+        raise InputError(
+            f"`{key}` = {value!r}: needs {wanted}",
+            key=key,
+            value=repr(value),
+            remedy="see help(rsph.Simulation)",
+        )

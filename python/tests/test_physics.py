@@ -1,0 +1,110 @@
+"""What a simulation built in Python computes."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import rsph
+
+from conftest import BOTTOM, cube, material, pulled
+
+SIDE_WALLS = [rsph.regions.plane(axis=axis, at=0.0, side="below") for axis in ("x", "y")]
+small = st.floats(-1e-3, 1e-3)
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.lists(small, min_size=9, max_size=9))
+def test_a_linear_displacement_has_its_exact_strain_everywhere(numbers):
+    gradient = np.reshape(numbers, (3, 3))
+    sim = cube(initial_displacement=rsph.fields.Affine(gradient=gradient, constant=(1, 2, 3)))
+    g = 0.5 * (gradient + gradient.T)
+    expected = [g[0, 0], g[1, 1], g[2, 2], g[0, 1], g[1, 2], g[0, 2]]
+    np.testing.assert_allclose(sim.snapshot().strain, np.tile(expected, (125, 1)), atol=1e-13)
+
+
+def test_fields_functions_and_constants_agree():
+    gradient = np.array([[0.1, 0.2, 0.0], [0.0, -0.1, 0.3], [0.2, 0.0, 0.1]]) * 1e-2
+    affine = cube(initial_velocity=rsph.fields.Affine(gradient=gradient, constant=(1, 2, 3)))
+    function = cube(initial_velocity=lambda x: x @ gradient.T + (1, 2, 3))
+    np.testing.assert_allclose(affine.snapshot().velocity, function.snapshot().velocity, rtol=1e-14)
+    rotation = cube(initial_velocity=rsph.fields.Rotation(rate=(0, 0, 2), centre=(0.5, 0.5, 0)))
+    x = rotation.snapshot().reference
+    expected = np.cross([0, 0, 2.0], x - [0.5, 0.5, 0.0])
+    np.testing.assert_allclose(rotation.snapshot().velocity, expected, atol=1e-15)
+    constant = cube(initial_velocity=np.array([1, 2, 3]))
+    assert (constant.snapshot().velocity == [1, 2, 3]).all()
+
+
+def series(t, stiffness=100.0, relaxation=0.2):
+    """End displacement of a bar of length 1 and density 1 under a sudden traction of 1."""
+    k = (np.arange(400) + 0.5) * np.pi
+    omega2, u = stiffness * k**2, np.zeros_like(t)
+    for kn, w2 in zip(k, omega2, strict=True):
+        decay = w2 * relaxation / 2
+        root = np.emath.sqrt(decay**2 - w2)
+        p, q = -decay + root, -decay - root
+        response = 1 + (q * np.exp(p * t) - p * np.exp(q * t)) / (p - q)
+        u += 2 / (stiffness * kn**2) * np.real(response)
+    return u
+
+
+def test_a_pulled_bar_follows_the_exact_series():
+    sim = pulled(material=material(poisson_ratio=0.0), spacing=1 / 7)
+    history = sim.run(until=1.0)
+    exact = series(history["time"])
+    assert exact[-1] == pytest.approx(0.01, rel=0.05)
+    assert np.abs(history["extension"] - exact).max() < 0.005 * exact.max()
+
+
+def test_free_flight_keeps_mass_and_momentum():
+    sim = cube(
+        initial_velocity=(0.3, -0.2, 0.1),
+        initial_displacement=rsph.fields.Affine(gradient=np.diag([1e-3, -2e-3, 0])),
+    )
+    before = sim.conservation()
+    sim.step(200)
+    after = sim.conservation()
+    assert after["mass"] == before["mass"] == pytest.approx(1.0, rel=1e-12)
+    np.testing.assert_allclose(after["momentum"], [0.3, -0.2, 0.1], atol=1e-12)
+    assert after["momentum_error"] < 1e-12
+    assert after["kinetic_energy"] + after["elastic_energy"] > 0
+
+
+def test_rollers_and_moving_parts():
+    top = rsph.regions.plane(axis="z", at=1.0, side="above")
+    sim = cube(
+        boundaries=[
+            rsph.boundaries.Clamp(region=BOTTOM, fix=["z"]),
+            rsph.boundaries.Clamp(region=SIDE_WALLS[0], fix=["x"]),
+            rsph.boundaries.Clamp(region=SIDE_WALLS[1], fix=["y"]),
+            rsph.boundaries.Prescribed(
+                region=top,
+                fix=["z"],
+                motion=rsph.boundaries.RampTo(displacement=(0, 0, 0.01), end=1.0),
+            ),
+        ]
+    )
+    sim.run(until=3.0)
+    strain = sim.snapshot().strain.mean(axis=0)
+    np.testing.assert_allclose(strain[:3], [-0.003, -0.003, 0.01], rtol=0.02)
+
+
+def test_gravity_pressure_and_patch_push_where_they_should():
+    g = rsph.loads.BodyForce(acceleration=(0, 0, -2))
+    assert cube(loads=[g]).description.load == pytest.approx([0, 0, -2])
+    top = rsph.regions.plane(axis="z", at=1.0, side="above")
+    p = rsph.loads.Pressure(region=top, pressure=3.0, ramp=(0, 1))
+    assert pulled(loads=[p]).description.load == pytest.approx([0, 0, -3], abs=1e-9)
+    patch = rsph.loads.Patch(
+        pressure=270, centre="upper-right", direction=(0, -2, 0), ramp=(0, 0.01)
+    )
+    sim = rsph.Simulation(
+        shape=rsph.shapes.Organ("liver"),
+        particles=200,
+        material=material(density=1000, young_modulus=1e5, relaxation_time=1e-3),
+        loads=[patch],
+    )
+    load = sim.description.load
+    assert load[1] < -0.1
+    assert np.abs(load[[0, 2]]).max() < 1e-9 * abs(load[1])
