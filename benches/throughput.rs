@@ -36,7 +36,7 @@ fn cube(n: usize, smoothing: f64) -> Simulation {
 fn throughput(c: &mut Criterion) {
     let mut group = c.benchmark_group("updates");
     group.sample_size(10);
-    for (n, smoothing) in [(20, 1.25), (37, 1.25), (37, 0.8)] {
+    for (n, smoothing) in [(20, 1.25), (37, 1.25), (58, 1.25), (37, 0.8)] {
         let mut simulation = cube(n, smoothing);
         let particles = simulation.description().particles as u64;
         let name = format!("h = {smoothing} dx");

@@ -180,3 +180,24 @@ fn an_interrupt_closes_the_last_frame_and_exits_with_130() {
     let probes = rows(&bench.path("results/probes.csv"));
     assert!((probes.last().unwrap()[0] - time).abs() < 1e-9, "{time}");
 }
+
+#[test]
+fn the_scheme_of_the_paper_fails_and_says_when() {
+    let bench = Bench::new();
+    let file = scenario("tensile_liver");
+    let done = bench.rsph(&[
+        "run",
+        file.to_str().unwrap(),
+        "--set",
+        "solver.formulation=paper",
+        "--output",
+        "results",
+    ]);
+    assert_eq!(done.code, Some(3), "{}", done.err);
+    assert!(done.err.contains("failed at t = 0.3") && done.err.contains("adjoint"), "{}", done.err);
+    // Results up to there, in the order of time.
+    let times: Vec<f64> = rows(&bench.path("results/probes.csv")).iter().map(|r| r[0]).collect();
+    assert!(times.len() > 100 && times.is_sorted(), "{times:?}");
+    let summary = std::fs::read_to_string(bench.path("results/summary.json")).unwrap();
+    assert!(summary.contains("\"failed\""), "{summary}");
+}

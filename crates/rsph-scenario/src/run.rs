@@ -219,9 +219,11 @@ struct Recorder<'a> {
 
 impl Recorder<'_> {
     fn sample(&mut self, s: &mut Simulation) -> Result<(), SinkError> {
-        if self.last_sample.replace(s.step_count()) == Some(s.step_count()) {
+        // A run that failed goes back to its last good state, which is behind the last sample.
+        if self.last_sample.is_some_and(|last| s.step_count() <= last) {
             return Ok(());
         }
+        self.last_sample = Some(s.step_count());
         self.sink.sample(s.time(), &s.readings(), &s.conservation())
     }
 
