@@ -5,7 +5,9 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use rsph_core::material::KelvinVoigt;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{Boundary, Initial, Load, LoadKind, Ramp, Setup, Solver, TimeStep, Units};
+use rsph_core::setup::{
+    Boundary, Initial, Load, LoadKind, Mechanics, Ramp, Remesh, Setup, Solver, TimeStep, Units,
+};
 use rsph_core::shape::BoxShape;
 use rsph_core::simulation::Simulation;
 use rsph_core::tensor::Vec3;
@@ -25,6 +27,8 @@ fn cube(n: usize, smoothing: f64) -> Simulation {
             kind: LoadKind::Traction { region: face(1.0, Side::Above), traction: Vec3::z() },
             ramp: Ramp::default(),
         }],
+        mechanics: Mechanics::Solid,
+        remesh: Remesh::default(),
         solver: Solver { smoothing, ..Solver::default() },
         time_step: TimeStep::Auto,
         allow_unstable: false,

@@ -144,7 +144,15 @@ fn the_real_liver_runs() {
 
 #[test]
 fn every_shipped_scenario_starts() {
-    for name in ["tensile_liver", "tensile_kidney", "hanging_column", "liver_load", "liver_load_144"] {
+    for name in [
+        "tensile_liver",
+        "tensile_kidney",
+        "hanging_column",
+        "liver_load",
+        "liver_load_144",
+        "deformation",
+        "deformation_remeshed",
+    ] {
         let bench = Bench::new();
         let file = scenario(name);
         let arguments = ["run", file.to_str().unwrap(), "--set", "time.until=1e-5", "--quiet"];

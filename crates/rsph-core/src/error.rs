@@ -39,6 +39,8 @@ pub enum FailureKind {
     Unstable,
     /// A particle was turned inside out: det(I + grad u) <= 0 in the `paper` formulation.
     Inverted,
+    /// The particles have flown so far apart that no lattice holds them.
+    Scattered,
 }
 
 /// A simulation that stopped by itself. The state of the last good step is kept.

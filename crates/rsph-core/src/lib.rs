@@ -5,6 +5,7 @@
 pub mod boundary;
 pub mod dynamics;
 pub mod error;
+pub mod flow;
 pub mod grid;
 pub mod integrate;
 pub mod kernel;
@@ -19,7 +20,9 @@ pub mod neighbors;
 pub mod observe;
 pub mod ops;
 pub mod particles;
+pub mod reconstruct;
 pub mod region;
+pub mod remesh;
 pub mod sample;
 pub mod setup;
 pub mod shape;

@@ -66,13 +66,15 @@ impl TaggedProbe {
             let total: f64 = inside.iter().map(|&a| volume[a]).sum();
             inside.into_iter().map(|a| (a as u32, volume[a] / total)).collect()
         };
-        let suffixes = Quantity::suffixes(probe.quantity.field.spec().components);
-        let names = if probe.quantity.component.is_some() || suffixes.is_empty() {
-            vec![probe.name.clone()]
-        } else {
-            suffixes.iter().map(|s| format!("{}_{s}", probe.name)).collect()
-        };
-        Ok(Self { names, quantity: probe.quantity, weights })
+        Ok(Self { names: names(probe), quantity: probe.quantity, weights })
+    }
+
+    /// A probe that reads the particles which are in its region now, weighted by volume.
+    pub fn of_particles(probe: &Probe, positions: &[Vec3], volume: &[f64]) -> Self {
+        let inside = || (0..positions.len()).filter(|&a| probe.region.contains(&positions[a], 0.0));
+        let total: f64 = inside().map(|a| volume[a]).sum();
+        let weights = inside().map(|a| (a as u32, volume[a] / total)).collect();
+        Self { names: names(probe), quantity: probe.quantity, weights }
     }
 
     /// Whether the probe reads a column that is part of the state of every dynamics.
@@ -81,14 +83,27 @@ impl TaggedProbe {
         field.spec().evolution == Evolution::State && !matches!(field, Field::Strain | Field::Density)
     }
 
-    /// The readings, one for each component.
+    /// The readings, one for each component; not a number when there is nothing to read.
     pub fn read(&self, particles: &Particles, out: &mut Vec<Reading>) {
         let column = particles.column(self.quantity.field);
         let first = self.quantity.component.unwrap_or(0);
         for (i, name) in self.names.iter().enumerate() {
             let values = column.component(first + i);
-            let value = self.weights.iter().map(|&(a, w)| w * values[a as usize]).sum();
+            let value = if self.weights.is_empty() {
+                f64::NAN
+            } else {
+                self.weights.iter().map(|&(a, w)| w * values[a as usize]).sum()
+            };
             out.push(Reading { name: name.clone(), value });
         }
     }
+}
+
+/// Column headers: the probe's name, with `_x` etc. for a vector.
+fn names(probe: &Probe) -> Vec<String> {
+    let suffixes = Quantity::suffixes(probe.quantity.field.spec().components);
+    if probe.quantity.component.is_some() || suffixes.is_empty() {
+        return vec![probe.name.clone()];
+    }
+    suffixes.iter().map(|s| format!("{}_{s}", probe.name)).collect()
 }

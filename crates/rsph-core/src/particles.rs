@@ -29,6 +29,8 @@ pub enum Field {
     LevelSet,
     /// Von Mises' equivalent stress.
     VonMises,
+    /// Colour c: 1 inside a body that moves as told, 0 outside of it, Eqs. (8), (17).
+    Colour,
 }
 
 /// How a column comes by its values.
@@ -80,6 +82,7 @@ pub const COLUMNS: &[ColumnSpec] = &[
     column(Field::Stress, "stress", 6, Evolution::Derived, Extensive::ByVolume, "Pa"),
     column(Field::LevelSet, "level_set", 1, Evolution::State, Extensive::ByVolume, "m"),
     column(Field::VonMises, "von_mises", 1, Evolution::Derived, Extensive::ByVolume, "Pa"),
+    column(Field::Colour, "colour", 1, Evolution::State, Extensive::ByVolume, "1"),
 ];
 
 const fn column(

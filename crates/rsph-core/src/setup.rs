@@ -1,5 +1,9 @@
 //! Everything a simulation is made from, in the words of a scenario file.
 
+mod prescription;
+
+pub use prescription::{Mechanics, Prescription, Remesh, RemeshTrigger, STRAIN};
+
 use crate::material::Material;
 use crate::region::Region;
 use crate::sample::Resolution;
@@ -333,6 +337,10 @@ pub struct Setup {
     pub boundaries: Vec<Boundary>,
     /// What pushes.
     pub loads: Vec<Load>,
+    /// What moves the particles.
+    pub mechanics: Mechanics,
+    /// Whether, when and how particles are laid anew.
+    pub remesh: Remesh,
     /// Discretisation.
     pub solver: Solver,
     /// Time step.

@@ -1,5 +1,10 @@
 //! The step: the one file that sees all.
 
+mod prescribed;
+mod remeshing;
+
+pub use remeshing::RemeshLog;
+
 use crate::boundary::load::{LoadedBody, nodal_loads};
 use crate::boundary::mirror::Mirror;
 use crate::boundary::tag;
@@ -15,12 +20,14 @@ pub use crate::observe::Reading;
 use crate::observe::TaggedProbe;
 use crate::particles::{Column, Field, Particles};
 use crate::sample::{Body, sample};
-use crate::setup::{Formulation, Setup, TimeStep};
+use crate::setup::{Formulation, Mechanics, RemeshTrigger, Setup, TimeStep};
 use crate::snapshot::Snapshot;
 use crate::stability::{SAFETY, StepLimit, step_limit};
 use crate::surface::Surface;
 use crate::tensor::Vec3;
 use crate::watch::Watch;
+use prescribed::Reconstruction;
+use remeshing::Remeshing;
 
 /// Sums that the equations conserve, and what changes them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -85,7 +92,8 @@ pub struct Simulation {
     integrator: RungeKutta4,
     particles: Particles,
     probes: Vec<TaggedProbe>,
-    surface_weights: PointWeights,
+    surface: SurfaceSource,
+    remeshing: Option<Remeshing>,
     watch: Watch,
     time: f64,
     steps: u64,
@@ -93,6 +101,30 @@ pub struct Simulation {
     totals: Totals,
     forces: ForceSums,
 }
+
+/// Where the surface of a moment comes from.
+#[derive(Clone, Debug)]
+enum SurfaceSource {
+    /// That of the undeformed body, moved with the particles around its vertices.
+    Moved(PointWeights),
+    /// The level set of what the particles carry, Eq. (8).
+    Reconstructed(Reconstruction),
+}
+
+/// What a kind of body brings to a simulation.
+struct Parts {
+    body: Body,
+    description: Description,
+    dynamics: Box<dyn Dynamics>,
+    particles: Particles,
+    probes: Vec<TaggedProbe>,
+    surface: SurfaceSource,
+    remeshing: Option<Remeshing>,
+}
+
+/// Name of the reading that a prescribed motion adds to those of its probes: the volume inside the
+/// surface.
+pub const VOLUME_INSIDE: &str = "volume_inside";
 
 /// Sums at the start, against which conservation is measured.
 #[derive(Clone, Copy, Debug)]
@@ -116,8 +148,44 @@ impl Simulation {
     /// # Errors
     /// The first input that can not be simulated.
     pub fn new(setup: Setup) -> Result<Self, InvalidInput> {
-        let solver = setup.solver;
         check_solver(&setup)?;
+        let parts = match &setup.mechanics {
+            Mechanics::Solid => Self::solid(&setup)?,
+            Mechanics::Prescribed(prescription) => prescribed::parts(&setup, prescription)?,
+        };
+        let Parts { body, description, mut dynamics, mut particles, probes, surface, remeshing } = parts;
+        dynamics.impose(0.0, &mut particles);
+        let mut integrator = RungeKutta4::new(&*dynamics, &particles);
+        let start = Start {
+            mass: total_mass(&particles),
+            momentum: momentum(&particles),
+            energy: dynamics.energy(0.0, &particles),
+        };
+        let forces = integrator.evaluate(&mut *dynamics, &particles, 0.0);
+        let watch = Watch::new(&*dynamics, &particles, start.energy);
+        Ok(Self {
+            setup,
+            body,
+            description,
+            dynamics,
+            integrator,
+            particles,
+            probes,
+            surface,
+            remeshing,
+            watch,
+            time: 0.0,
+            steps: 0,
+            totals: Totals { largest_momentum: start.momentum.norm(), ..Totals::default() },
+            start,
+            forces,
+        })
+    }
+
+    /// A solid body, its boundaries, loads and probes tagged.
+    fn solid(setup: &Setup) -> Result<Parts, InvalidInput> {
+        let solver = setup.solver;
+        check_solid(setup)?;
         let shape = &*setup.shape;
         let alignment = if shape.is_box() {
             Vec::new()
@@ -162,7 +230,7 @@ impl Simulation {
         let surface_weights = weights(&body.surface.vertices);
 
         let limit = step_limit(&mut elastic);
-        let (dt, notes) = choose_step(&setup, &limit)?;
+        let (dt, notes) = choose_step(setup, &limit)?;
         let total_volume = volume.iter().sum();
         let description = Description {
             particles: n,
@@ -187,7 +255,7 @@ impl Simulation {
         particles.set(Field::Volume, Column::from_vec(volume, n));
         particles.set(Field::LevelSet, Column::from_vec(body.level_set.clone(), n));
         elastic.loads = loads;
-        let mut dynamics: Box<dyn Dynamics> = match solver.formulation {
+        let dynamics: Box<dyn Dynamics> = match solver.formulation {
             Formulation::Adjoint => Box::new(elastic),
             Formulation::Paper => {
                 let strain = elastic.strain(0.0, particles.column(Field::Displacement).values());
@@ -197,30 +265,14 @@ impl Simulation {
                 Box::new(Paper::new(material, mass, dx, solver.smoothing, fixed, loads))
             }
         };
-        dynamics.impose(0.0, &mut particles);
-        let mut integrator = RungeKutta4::new(&*dynamics, &particles);
-        let start = Start {
-            mass: total_mass(&particles),
-            momentum: momentum(&particles),
-            energy: dynamics.energy(0.0, &particles),
-        };
-        let forces = integrator.evaluate(&mut *dynamics, &particles, 0.0);
-        let watch = Watch::new(&*dynamics, &particles, start.energy);
-        Ok(Self {
-            setup,
+        Ok(Parts {
             body,
             description,
             dynamics,
-            integrator,
             particles,
             probes,
-            surface_weights,
-            watch,
-            time: 0.0,
-            steps: 0,
-            totals: Totals { largest_momentum: start.momentum.norm(), ..Totals::default() },
-            start,
-            forces,
+            surface: SurfaceSource::Moved(surface_weights),
+            remeshing: None,
         })
     }
 
@@ -280,7 +332,38 @@ impl Simulation {
         self.totals.work += step.work;
         let reached = self.totals.impulse.norm();
         self.totals.largest_momentum = self.totals.largest_momentum.max(reached);
-        if self.watch.is_due(self.steps) { self.check() } else { Ok(()) }
+        if self.watch.is_due(self.steps) {
+            self.check()?;
+        }
+        self.remesh_if_due(dt)
+    }
+
+    /// Lays the particles anew if it is time for it.
+    fn remesh_if_due(&mut self, dt: f64) -> Result<(), Failure> {
+        let (Mechanics::Prescribed(p), Some(remeshing)) = (&self.setup.mechanics, &mut self.remeshing) else {
+            return Ok(());
+        };
+        let (time, particles) = (self.time, &self.particles);
+        let rate = || {
+            let x = prescribed::positions(particles);
+            x.iter().map(|x| p.flow.rate_at(x, time)).fold(0.0, f64::max)
+        };
+        if !remeshing.is_due(dt, rate) {
+            return Ok(());
+        }
+        match prescribed::remesh(remeshing, particles) {
+            Ok(new) => {
+                self.particles = new;
+                self.integrator = RungeKutta4::new(&*self.dynamics, &self.particles);
+                self.watch.restart(&*self.dynamics, &self.particles, self.time, self.steps);
+                Ok(())
+            }
+            Err(error) => {
+                let failure = prescribed::failure(error, self.time, self.steps);
+                (self.time, self.steps) = self.watch.restore(&*self.dynamics, &mut self.particles);
+                Err(failure)
+            }
+        }
     }
 
     /// Looks whether the state still makes sense; goes back to the last good one if not.
@@ -328,13 +411,34 @@ impl Simulation {
 
     /// The surface of the moment of `snapshot`, which is one of this simulation's.
     pub fn surface(&self, snapshot: &Snapshot) -> Surface {
-        Surface::new(&self.body.surface, &self.surface_weights, snapshot)
+        match &self.surface {
+            SurfaceSource::Moved(weights) => Surface::new(&self.body.surface, weights, snapshot),
+            SurfaceSource::Reconstructed(reconstruction) => reconstruction.surface(snapshot),
+        }
     }
 
-    /// The probes' readings of this moment, in order.
+    /// What remeshing has done so far; `None` if the particles are never laid anew.
+    pub fn remesh_log(&self) -> Option<RemeshLog> {
+        let remeshing = self.remeshing.as_ref()?;
+        (self.setup.remesh.trigger != RemeshTrigger::Never).then_some(remeshing.log)
+    }
+
+    /// The probes' readings of this moment, in order; a prescribed motion adds [`VOLUME_INSIDE`].
     pub fn readings(&mut self) -> Vec<Reading> {
         let mut readings = Vec::new();
-        if self.probes.iter().all(TaggedProbe::reads_state) {
+        if let SurfaceSource::Reconstructed(reconstruction) = &self.surface {
+            let value = reconstruction.volume_inside(&self.particles);
+            if !self.setup.probes.is_empty() {
+                // Particles come and go: what is in a region now.
+                let snapshot = self.snapshot();
+                let x = prescribed::positions(&snapshot.particles);
+                let volume = snapshot.column(Field::Volume).values();
+                for probe in &self.setup.probes {
+                    TaggedProbe::of_particles(probe, &x, volume).read(&snapshot.particles, &mut readings);
+                }
+            }
+            readings.push(Reading { name: VOLUME_INSIDE.into(), value });
+        } else if self.probes.iter().all(TaggedProbe::reads_state) {
             for probe in &self.probes {
                 probe.read(&self.particles, &mut readings);
             }
@@ -375,7 +479,31 @@ fn total_mass(particles: &Particles) -> f64 {
 
 fn momentum(particles: &Particles) -> Vec3 {
     let (m, v) = (particles.column(Field::Mass), particles.column(Field::Velocity));
+    if v.is_empty() {
+        return Vec3::zeros();
+    }
     (0..particles.len()).map(|a| m.values()[a] * v.vector(a)).sum()
+}
+
+/// What only a prescribed motion has.
+fn check_solid(setup: &Setup) -> Result<(), InvalidInput> {
+    if setup.remesh.trigger != RemeshTrigger::Never {
+        return Err(InvalidInput::new(
+            "remesh.every",
+            "",
+            "remeshing of a solid is not there yet; only 0 (never) is allowed",
+            "set `every = 0` or remove the table",
+        ));
+    }
+    if let Some(i) = setup.probes.iter().position(|p| p.quantity.field == Field::Colour) {
+        return Err(InvalidInput::new(
+            format!("probe[{i}].quantity"),
+            "colour",
+            "a solid has no colour: that is a field of a prescribed motion",
+            "for example \"displacement.z\"",
+        ));
+    }
+    Ok(())
 }
 
 fn check_solver(setup: &Setup) -> Result<(), InvalidInput> {

@@ -29,6 +29,12 @@ impl Watch {
         Self { good: copy(dynamics, particles), time: 0.0, step: 0, start, scale: start }
     }
 
+    /// Starts anew from other particles, which a remeshing has made of a good state.
+    pub fn restart(&mut self, dynamics: &dyn Dynamics, particles: &Particles, time: f64, step: u64) {
+        self.good = copy(dynamics, particles);
+        (self.time, self.step) = (time, step);
+    }
+
     /// Whether it is time for a look.
     pub fn is_due(&self, step: u64) -> bool {
         step >= self.step + INTERVAL

@@ -2,12 +2,13 @@
 //! checked here, at the door.
 
 mod checks;
+mod motion;
 mod parts;
 mod probes;
 
 use crate::scenario::{
-    BodyTable, Document, EveryValue, FormulationName, KeyPath, LoadedScenario, Scenario, ScenarioError,
-    SolverTable, TimeStepValue, TimeTable, UnitsName,
+    BodyTable, Document, FormulationName, KeyPath, LoadedScenario, Scenario, ScenarioError, SolverTable,
+    TimeStepValue, TimeTable, UnitsName,
 };
 use crate::shape_of::shape_of;
 use checks::{positive, zero_or_more};
@@ -42,10 +43,11 @@ impl LoadedScenario {
         let until = tables.time.until;
         let time_step = time_step(doc, &tables.time)?;
         let frame_interval = frame_interval(doc, tables)?;
-        check_remesh(doc, tables)?;
+        let mechanics = motion::mechanics(doc, tables)?;
+        let remesh = motion::remesh(doc, tables, &mechanics)?;
         let solver = solver(doc, &tables.solver)?;
         let resolution = resolution(doc, &tables.body)?;
-        let material = tables.material.build(doc)?;
+        let material = motion::material(doc, tables, &mechanics)?;
         let initial = Initial {
             displacement: parts::field(tables.initial.displacement.as_ref()),
             velocity: parts::field(tables.initial.velocity.as_ref()),
@@ -66,6 +68,8 @@ impl LoadedScenario {
             initial,
             boundaries,
             loads,
+            mechanics,
+            remesh,
             solver,
             time_step,
             allow_unstable: tables.time.allow_unstable,
@@ -133,17 +137,6 @@ fn frame_interval(doc: &Document, tables: &Scenario) -> Result<f64, ScenarioErro
         ));
     }
     Ok(every)
-}
-
-fn check_remesh(doc: &Document, tables: &Scenario) -> Result<(), ScenarioError> {
-    if tables.remesh.every == EveryValue::Steps(0) {
-        return Ok(());
-    }
-    Err(doc.error(
-        &KeyPath::from("remesh.every"),
-        "remeshing is not there yet; only 0 (never) is allowed",
-        "set `every = 0` or remove the table",
-    ))
 }
 
 fn solver(doc: &Document, table: &SolverTable) -> Result<Solver, ScenarioError> {

@@ -184,6 +184,7 @@ pub fn advance(
         rhs_evaluations: simulation.rhs_evaluations() - start.rhs,
         time: simulation.time(),
         threads: rayon::current_num_threads(),
+        remesh: simulation.remesh_log(),
     };
     recorder.sink.finish(&outcome)?;
     observer.finished(&outcome);

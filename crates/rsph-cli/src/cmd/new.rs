@@ -14,6 +14,8 @@ Templates:
   tensile_liver         tensile test of a cube, stiff
   tensile_kidney        tensile test of a cube, soft: it overshoots
   hanging_column        a column under its own weight
+  deformation           a sphere that a given velocity field tears
+  deformation_remeshed  the same with remeshing: it stays whole
 
 Examples:
   rsph new > my.toml
@@ -31,6 +33,8 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("tensile_liver", include_str!("../../../../scenarios/tensile_liver.toml")),
     ("tensile_kidney", include_str!("../../../../scenarios/tensile_kidney.toml")),
     ("hanging_column", include_str!("../../../../scenarios/hanging_column.toml")),
+    ("deformation", include_str!("../../../../scenarios/deformation.toml")),
+    ("deformation_remeshed", include_str!("../../../../scenarios/deformation_remeshed.toml")),
 ];
 
 pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {

@@ -2,6 +2,7 @@
 
 pub mod elastic;
 pub mod paper;
+pub mod prescribed;
 
 pub use crate::boundary::force_sums::ForceSums;
 use crate::particles::{Column, Field, Particles};

@@ -1,8 +1,10 @@
 //! Materials. One model a file, plus one line in [`REGISTRY`].
 
 mod kelvin_voigt;
+mod passive;
 
 pub use kelvin_voigt::KelvinVoigt;
+pub use passive::Passive;
 
 use crate::error::InvalidInput;
 use crate::tensor::SymTensor;

@@ -219,7 +219,8 @@ fn ramp(doc: &Document, path: &KeyPath, table: &RampTable) -> Result<Ramp, Scena
     Ok(Ramp { from: table.from, to: table.to })
 }
 
-fn missing(doc: &Document, path: &KeyPath, key: &str, kind: &str) -> ScenarioError {
+/// `key` is missing, which `kind` needs.
+pub fn missing(doc: &Document, path: &KeyPath, key: &str, kind: &str) -> ScenarioError {
     let path = path.key(key);
     let remedy = crate::scenario::remedy_at(&path);
     doc.error(&path, format!("missing: kind \"{kind}\" needs it"), remedy)

@@ -2,7 +2,7 @@
 
 use super::{RunInfo, VERSION};
 use crate::sink::{Outcome, Status};
-use rsph_core::simulation::Conservation;
+use rsph_core::simulation::{Conservation, RemeshLog};
 use rsph_core::tensor::Vec3;
 use serde::Serialize;
 
@@ -22,7 +22,7 @@ pub struct Energy {
 /// Why a run failed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FailureSummary {
-    /// `not_finite`, `unstable`, `inverted`.
+    /// `not_finite`, `unstable`, `inverted`, `scattered`.
     pub kind: &'static str,
     /// Simulated time of the last good state.
     pub time: f64,
@@ -34,6 +34,51 @@ pub struct FailureSummary {
     pub place: Option<[f64; 3]>,
     /// What to change.
     pub remedy: String,
+}
+
+/// What remeshing did.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Remeshing {
+    /// How often particles were laid anew.
+    pub count: u64,
+    /// Particles before the first and after the last remeshing.
+    pub particles_before: usize,
+    /// See `particles_before`.
+    pub particles_after: usize,
+    /// Mass before the first and after the last remeshing.
+    pub mass_before: f64,
+    /// See `mass_before`.
+    pub mass_after: f64,
+    /// Largest change of mass in one remeshing over the mass.
+    pub largest_mass_jump: f64,
+    /// Momentum before the first and after the last remeshing; zero in a prescribed motion.
+    pub momentum_before: [f64; 3],
+    /// See `momentum_before`.
+    pub momentum_after: [f64; 3],
+    /// Largest change of momentum in one remeshing.
+    pub largest_momentum_jump: f64,
+    /// Sum of |mass| that went from a node too light to keep to the nearest kept one.
+    pub folded_mass: f64,
+    /// Mass that had no kept node near and was lost.
+    pub dropped_mass: f64,
+}
+
+impl From<&RemeshLog> for Remeshing {
+    fn from(log: &RemeshLog) -> Self {
+        Self {
+            count: log.count,
+            particles_before: log.particles[0],
+            particles_after: log.particles[1],
+            mass_before: log.mass[0],
+            mass_after: log.mass[1],
+            largest_mass_jump: log.largest_mass_jump,
+            momentum_before: components(&log.momentum[0]),
+            momentum_after: components(&log.momentum[1]),
+            largest_momentum_jump: log.largest_momentum_jump,
+            folded_mass: log.folded_mass,
+            dropped_mass: log.dropped_mass,
+        }
+    }
 }
 
 /// The contents of `summary.json`. Numbers that are not finite become `null`.
@@ -93,6 +138,8 @@ pub struct Summary {
     pub load: [f64; 3],
     /// Total force of the clamps on the body at the end.
     pub reaction: [f64; 3],
+    /// What remeshing did; `null` if particles were never to be laid anew.
+    pub remesh: Option<Remeshing>,
     /// Number of frames stored.
     pub frames: usize,
     /// Things the user should know.
@@ -148,6 +195,7 @@ impl Summary {
             shape_volume: d.shape_volume,
             load: components(&conservation.load),
             reaction: components(&conservation.reaction),
+            remesh: outcome.remesh.as_ref().map(Remeshing::from),
             frames,
             notes: d.notes.clone(),
         }
@@ -163,12 +211,13 @@ impl Summary {
 }
 
 fn failure_summary(f: &rsph_core::error::Failure) -> FailureSummary {
-    use rsph_core::error::FailureKind::{Inverted, NotFinite, Unstable};
+    use rsph_core::error::FailureKind::{Inverted, NotFinite, Scattered, Unstable};
     FailureSummary {
         kind: match f.kind {
             NotFinite => "not_finite",
             Unstable => "unstable",
             Inverted => "inverted",
+            Scattered => "scattered",
         },
         time: f.time,
         step: f.step,

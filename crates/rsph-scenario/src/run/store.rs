@@ -5,7 +5,8 @@ use crate::output::{Parameter, ProbeColumn, RunInfo, RunWriters};
 use crate::scenario::{LoadedScenario, ShapeTable};
 use crate::sink::{RunSink, SinkError};
 use rsph_core::region::Axis;
-use rsph_core::setup::{Formulation, LoadKind, Setup, Units};
+use rsph_core::setup::{Formulation, LoadKind, Mechanics, RemeshTrigger, STRAIN, Setup, Units};
+use rsph_core::simulation::VOLUME_INSIDE;
 
 /// Opens the files of a run's folder.
 pub fn open(start: &RunStart<'_>) -> Result<Box<dyn RunSink>, SinkError> {
@@ -23,13 +24,23 @@ fn info(start: &RunStart<'_>) -> RunInfo {
         description,
         material: material(start.scenario),
         parameters: parameters(setup),
-        probes: ProbeColumn::of(&setup.probes),
+        probes: probes(setup),
         up: up(start.scenario, setup.units),
     }
 }
 
+/// The columns of probes.csv; a prescribed motion adds the volume inside its surface.
+fn probes(setup: &Setup) -> Vec<ProbeColumn> {
+    let mut columns = ProbeColumn::of(&setup.probes);
+    if matches!(setup.mechanics, Mechanics::Prescribed(_)) {
+        let name = VOLUME_INSIDE.to_owned();
+        columns.push(ProbeColumn { quantity: name.clone(), name, unit: "m^3".into() });
+    }
+    columns
+}
+
 fn material(scenario: &LoadedScenario) -> Vec<Parameter> {
-    let table = &scenario.tables().material;
+    let Some(table) = &scenario.tables().material else { return Vec::new() };
     let model = table.model_name().unwrap_or_default();
     let mut rows = vec![Parameter::new("material", model, "")];
     rows.extend(table.values().into_iter().map(|(p, value)| Parameter::number(p.doc, value, p.unit)));
@@ -41,13 +52,22 @@ fn parameters(setup: &Setup) -> Vec<Parameter> {
         Formulation::Adjoint => "adjoint",
         Formulation::Paper => "paper, Eqs. (10) to (14)",
     };
-    let mut rows = vec![
-        Parameter::new("body", setup.shape.name(), ""),
-        Parameter::new("formulation", formulation, ""),
-        Parameter::number("smoothing length in spacings", setup.solver.smoothing, "1"),
-        Parameter::number("hourglass weight", setup.solver.hourglass, "1"),
-        Parameter::new("time integrator", "Runge-Kutta, fourth order", ""),
-    ];
+    let mut rows = vec![Parameter::new("body", setup.shape.name(), "")];
+    match &setup.mechanics {
+        Mechanics::Solid => {
+            rows.push(Parameter::new("formulation", formulation, ""));
+            rows.push(Parameter::number("hourglass weight", setup.solver.hourglass, "1"));
+        }
+        Mechanics::Prescribed(p) => {
+            rows.push(Parameter::new("motion", "prescribed velocity", ""));
+            rows.extend(p.flow.reversal.map(|t| Parameter::number("time of return", t, "s")));
+            rows.push(Parameter::number("band of the colour in spacings", p.band, "1"));
+            rows.push(Parameter::number("colour of the surface", p.iso, "1"));
+        }
+    }
+    rows.push(Parameter::number("smoothing length in spacings", setup.solver.smoothing, "1"));
+    rows.push(Parameter::new("time integrator", "Runge-Kutta, fourth order", ""));
+    rows.extend(remeshing(setup));
     rows.extend(setup.loads.iter().map(|load| match &load.kind {
         LoadKind::Traction { traction, .. } => Parameter::number("traction", traction.norm(), "Pa"),
         LoadKind::Pressure { pressure, .. } => Parameter::number("pressure", *pressure, "Pa"),
@@ -57,6 +77,19 @@ fn parameters(setup: &Setup) -> Vec<Parameter> {
         LoadKind::Patch { pressure, .. } => Parameter::number("peak pressure of the patch", *pressure, "Pa"),
     }));
     rows
+}
+
+/// When and how particles are laid anew.
+fn remeshing(setup: &Setup) -> Vec<Parameter> {
+    let when = match setup.remesh.trigger {
+        RemeshTrigger::Never => return vec![Parameter::new("remeshing", "never", "")],
+        RemeshTrigger::Steps(n) => format!("every {n} steps"),
+        RemeshTrigger::Strain => format!("at a strain of {STRAIN}"),
+    };
+    vec![
+        Parameter::new("remeshing", when, ""),
+        Parameter::new("remeshing kernel", setup.remesh.kernel.name(), ""),
+    ]
 }
 
 /// Organs stand along y; test bodies, in normalised units, along z.

@@ -1,6 +1,7 @@
 //! The scenario file: its tables, its schema, and the way from text to tables.
 
 mod document;
+mod dynamics;
 mod error;
 mod examples;
 mod explain;
@@ -14,6 +15,7 @@ mod tables;
 mod values;
 
 pub use document::Document;
+pub use dynamics::{DynamicsKind, DynamicsTable, RemeshKernelName, RemeshTable, VelocityTable};
 pub use error::ScenarioError;
 pub(crate) use explain::{remedy_at, suggestion};
 pub use keypath::KeyPath;
@@ -22,7 +24,7 @@ pub use material::MaterialTable;
 pub use region::{AxisName, RegionTable, SideName};
 pub use tables::{
     BodyTable, FieldTable, FormulationName, InitialTable, Integrator, OrganName, OutputTable, ProbeTable,
-    RemeshKernel, RemeshTable, Scenario, ShapeTable, SolverTable, TimeTable, UnitsName,
+    Scenario, ShapeTable, SolverTable, TimeTable, UnitsName,
 };
 pub use values::{CentreValue, EveryValue, TimeStepValue};
 

@@ -1,9 +1,10 @@
 //! The tables of a scenario file. Doc comments are the descriptions of the JSON Schema.
 
+use super::dynamics::{DynamicsTable, RemeshTable};
 use super::loads::{BoundaryTable, LoadTable};
 use super::material::MaterialTable;
 use super::region::{AxisName, RegionTable};
-use super::values::{EveryValue, TimeStepValue};
+use super::values::TimeStepValue;
 use rsph_core::shape::organ_names;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
@@ -22,8 +23,11 @@ pub struct Scenario {
     pub units: UnitsName,
     /// The body: its shape and how finely it is sampled.
     pub body: BodyTable,
-    /// What the body is made of.
-    pub material: MaterialTable,
+    /// What the body is made of; a prescribed motion can do without (its density is then 1).
+    pub material: Option<MaterialTable>,
+    /// What moves the particles. Default: the forces of a solid.
+    #[serde(default)]
+    pub dynamics: DynamicsTable,
     /// Initial displacement and velocity. Default: at rest, undeformed.
     #[serde(default)]
     pub initial: InitialTable,
@@ -233,25 +237,6 @@ pub enum Integrator {
     /// The classical Runge-Kutta method of fourth order.
     #[default]
     Rk4,
-}
-
-/// Remeshing.
-#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct RemeshTable {
-    /// Steps between remeshings; 0: never; "auto": when the strain asks for it. Default: 0.
-    pub every: EveryValue,
-    /// Interpolation kernel. Default: "m4-prime".
-    pub kernel: RemeshKernel,
-}
-
-/// A remeshing kernel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-pub enum RemeshKernel {
-    /// M4' of Eq. (18).
-    #[default]
-    #[serde(rename = "m4-prime")]
-    M4Prime,
 }
 
 /// What is written.

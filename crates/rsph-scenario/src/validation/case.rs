@@ -14,6 +14,11 @@ pub(super) const TENSILE_KIDNEY: (&str, &str) =
 pub(super) const HANGING_COLUMN: (&str, &str) =
     ("hanging_column.toml", include_str!("../../../../scenarios/hanging_column.toml"));
 
+pub(super) const DEFORMATION: (&str, &str) =
+    ("deformation.toml", include_str!("../../../../scenarios/deformation.toml"));
+pub(super) const DEFORMATION_REMESHED: (&str, &str) =
+    ("deformation_remeshed.toml", include_str!("../../../../scenarios/deformation_remeshed.toml"));
+
 /// The history of a run's first probe.
 #[derive(Debug)]
 pub(super) struct History {

@@ -2,6 +2,7 @@
 
 mod case;
 mod column;
+mod deformation;
 mod figure;
 mod kelvin_voigt_bar;
 mod literal;
@@ -99,6 +100,7 @@ const CASES: &[(&str, Case)] = &[
     ("series", series::run),
     ("tensile", tensile::run),
     ("literal", literal::run),
+    ("deformation", deformation::run),
 ];
 
 /// Names that [`run`] knows.

@@ -186,5 +186,13 @@ pub fn failure() -> Failure {
 
 /// An outcome of the made-up run.
 pub fn outcome(status: Status) -> Outcome {
-    Outcome { status, wall_seconds: 2.0, steps: 300, rhs_evaluations: 1200, time: 3.0, threads: 2 }
+    Outcome {
+        status,
+        wall_seconds: 2.0,
+        steps: 300,
+        rhs_evaluations: 1200,
+        time: 3.0,
+        threads: 2,
+        remesh: None,
+    }
 }

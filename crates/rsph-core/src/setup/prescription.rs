@@ -1,0 +1,50 @@
+//! Bodies that move as told, and remeshing.
+
+use crate::flow::Flow;
+use crate::kernel::RemeshKernel;
+
+/// What moves the particles.
+#[derive(Clone, Debug, Default)]
+pub enum Mechanics {
+    /// A solid: stresses, loads and clamps.
+    #[default]
+    Solid,
+    /// A given velocity field, section 3 of the paper.
+    Prescribed(Prescription),
+}
+
+/// A body whose particles carry a colour (1 inside, 0 outside) along a given velocity field.
+#[derive(Clone, Debug)]
+pub struct Prescription {
+    /// What the particles follow.
+    pub flow: Flow,
+    /// Half width, in spacings, of the band in which the colour falls from 1 to 0 across the surface
+    /// of the undeformed body; 0: it jumps.
+    pub band: f64,
+    /// Value of C(x), Eq. (8), that makes the surface; between 0 and 1.
+    pub iso: f64,
+}
+
+/// When particles are laid anew.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum RemeshTrigger {
+    /// Never.
+    #[default]
+    Never,
+    /// Every so many steps, at least 1.
+    Steps(u64),
+    /// When the strain since the last remeshing exceeds [`STRAIN`] anywhere.
+    Strain,
+}
+
+/// Strain after which particles are laid anew by [`RemeshTrigger::Strain`].
+pub const STRAIN: f64 = 0.25;
+
+/// Remeshing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Remesh {
+    /// When.
+    pub trigger: RemeshTrigger,
+    /// With which kernel.
+    pub kernel: RemeshKernel,
+}
