@@ -1,7 +1,7 @@
 //! Velocity fields that are given, not computed: what a prescribed motion follows.
 
-use crate::setup::VectorField;
 use crate::tensor::{Mat3, Vec3};
+use crate::vector_field::VectorField;
 use std::f64::consts::PI;
 
 /// Distance over which velocity gradients are measured, in units of the domain.

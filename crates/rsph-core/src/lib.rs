@@ -31,4 +31,5 @@ pub mod snapshot;
 pub mod stability;
 pub mod surface;
 pub mod tensor;
+pub mod vector_field;
 mod watch;

@@ -8,7 +8,8 @@ use crate::material::Material;
 use crate::region::Region;
 use crate::sample::Resolution;
 use crate::shape::Shape;
-use crate::tensor::{Mat3, Vec3};
+use crate::tensor::Vec3;
+pub use crate::vector_field::{PointwiseFunction, VectorField};
 use std::sync::Arc;
 
 /// The unit system that labels plots and messages; the numerics do not care.
@@ -45,69 +46,6 @@ impl Ramp {
     /// Its rate of change at time `t` (1/s).
     pub fn rate(&self, t: f64) -> f64 {
         if t >= self.from && t < self.to { 1.0 / (self.to - self.from) } else { 0.0 }
-    }
-}
-
-/// From positions to as many vectors.
-pub type PointwiseFunction = dyn Fn(&[Vec3]) -> Vec<Vec3> + Send + Sync;
-
-/// A vector field over the undeformed body, for initial values.
-#[derive(Clone)]
-pub enum VectorField {
-    /// The same vector everywhere.
-    Constant(Vec3),
-    /// `constant + gradient x`.
-    Affine {
-        /// Value at the origin.
-        constant: Vec3,
-        /// Gradient matrix, row i the gradient of component i.
-        gradient: Mat3,
-    },
-    /// `rate x (x - centre)`: a rotation with that rate vector (an angle vector for displacements).
-    Rotation {
-        /// Rotation vector.
-        rate: Vec3,
-        /// A point of the axis.
-        centre: Vec3,
-    },
-    /// Any function of the reference positions, all of them at once: one vector for each.
-    Function(Arc<PointwiseFunction>),
-}
-
-impl std::fmt::Debug for VectorField {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Constant(c) => write!(f, "Constant({c:?})"),
-            Self::Affine { constant, gradient } => write!(f, "Affine({constant:?}, {gradient:?})"),
-            Self::Rotation { rate, centre } => write!(f, "Rotation({rate:?}, {centre:?})"),
-            Self::Function(_) => write!(f, "Function"),
-        }
-    }
-}
-
-impl Default for VectorField {
-    fn default() -> Self {
-        Self::Constant(Vec3::zeros())
-    }
-}
-
-impl VectorField {
-    /// The vector at the reference position `x`.
-    pub fn at(&self, x: &Vec3) -> Vec3 {
-        match self {
-            Self::Constant(c) => *c,
-            Self::Affine { constant, gradient } => constant + gradient * x,
-            Self::Rotation { rate, centre } => rate.cross(&(x - centre)),
-            Self::Function(f) => f(&[*x]).first().copied().unwrap_or_else(Vec3::zeros),
-        }
-    }
-
-    /// The vectors at the reference positions `points`.
-    pub fn at_all(&self, points: &[Vec3]) -> Vec<Vec3> {
-        match self {
-            Self::Function(f) => f(points),
-            _ => points.iter().map(|x| self.at(x)).collect(),
-        }
     }
 }
 

@@ -9,9 +9,9 @@ use tree::{SourceFile, crate_folder, read, root, sources};
 /// those beside it. A new module finds its place here and in ARCHITECTURE.md.
 const LAYERS: &[&[&str]] = &[
     &["tensor", "kernel"],
-    &["error", "grid", "particles", "region", "neighbors"],
-    &["mesh", "material", "snapshot", "level_set"],
-    &["marching_cubes"],
+    &["error", "grid", "particles", "region", "neighbors", "vector_field"],
+    &["mesh", "material", "snapshot", "level_set", "flow"],
+    &["marching_cubes", "remesh", "reconstruct"],
     &["shape"],
     &["sample"],
     &["setup", "lattice"],

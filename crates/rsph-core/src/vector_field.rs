@@ -1,0 +1,67 @@
+//! Vector fields over the undeformed body: initial values and given velocities.
+
+use crate::tensor::{Mat3, Vec3};
+use std::sync::Arc;
+
+/// From positions to as many vectors.
+pub type PointwiseFunction = dyn Fn(&[Vec3]) -> Vec<Vec3> + Send + Sync;
+
+/// A vector field over the undeformed body, for initial values.
+#[derive(Clone)]
+pub enum VectorField {
+    /// The same vector everywhere.
+    Constant(Vec3),
+    /// `constant + gradient x`.
+    Affine {
+        /// Value at the origin.
+        constant: Vec3,
+        /// Gradient matrix, row i the gradient of component i.
+        gradient: Mat3,
+    },
+    /// `rate x (x - centre)`: a rotation with that rate vector (an angle vector for displacements).
+    Rotation {
+        /// Rotation vector.
+        rate: Vec3,
+        /// A point of the axis.
+        centre: Vec3,
+    },
+    /// Any function of the reference positions, all of them at once: one vector for each.
+    Function(Arc<PointwiseFunction>),
+}
+
+impl std::fmt::Debug for VectorField {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Constant(c) => write!(f, "Constant({c:?})"),
+            Self::Affine { constant, gradient } => write!(f, "Affine({constant:?}, {gradient:?})"),
+            Self::Rotation { rate, centre } => write!(f, "Rotation({rate:?}, {centre:?})"),
+            Self::Function(_) => write!(f, "Function"),
+        }
+    }
+}
+
+impl Default for VectorField {
+    fn default() -> Self {
+        Self::Constant(Vec3::zeros())
+    }
+}
+
+impl VectorField {
+    /// The vector at the reference position `x`.
+    pub fn at(&self, x: &Vec3) -> Vec3 {
+        match self {
+            Self::Constant(c) => *c,
+            Self::Affine { constant, gradient } => constant + gradient * x,
+            Self::Rotation { rate, centre } => rate.cross(&(x - centre)),
+            Self::Function(f) => f(&[*x]).first().copied().unwrap_or_else(Vec3::zeros),
+        }
+    }
+
+    /// The vectors at the reference positions `points`.
+    pub fn at_all(&self, points: &[Vec3]) -> Vec<Vec3> {
+        match self {
+            Self::Function(f) => f(points),
+            _ => points.iter().map(|x| self.at(x)).collect(),
+        }
+    }
+}
