@@ -14,7 +14,7 @@ pub fn grid_around(points: &[Vec3], margin: f64, spacing: f64) -> Grid {
     let finite = || points.iter().filter(|x| x.iter().all(|c| c.is_finite()));
     let low = finite().fold(Vec3::repeat(f64::INFINITY), |m, x| m.inf(x));
     let high = finite().fold(Vec3::repeat(f64::NEG_INFINITY), |m, x| m.sup(x));
-    if !(low.x <= high.x) {
+    if finite().next().is_none() {
         return Grid { origin: Vec3::zeros(), spacing, cells: [1; 3] };
     }
     let mut spacing = spacing;

@@ -19,29 +19,7 @@ pub struct Folded {
 /// spacings away; those without one are dropped and counted. Of equally near nodes the same one is
 /// taken always.
 pub fn fold<const D: usize>(field: &mut NodeValues<D>, keep: &[bool], reach: usize) -> Folded {
-    let kept_in_row = nearest_in_rows(field, keep);
-    let offsets = row_offsets::<D>(reach as i64);
-    let mut target = vec![NONE; field.len()];
-    let mut rest = target.as_mut_slice();
-    let mut rows = Vec::with_capacity(field.rows.len());
-    for row in &field.rows {
-        let (of_row, after) = rest.split_at_mut(row.len);
-        rows.push((row, of_row));
-        rest = after;
-    }
-    rows.into_par_iter().for_each(|(row, targets)| {
-        let near: Vec<(i64, &Row)> = offsets
-            .iter()
-            .filter_map(|(d2, dz, dy)| Some((*d2, field.row(row.z + dz, row.y + dy)?)))
-            .collect();
-        for (i, target) in targets.iter_mut().enumerate() {
-            let n = row.first + i;
-            if !keep[n] && field.at(n).iter().any(|v| *v != 0.0) {
-                *target = nearest(row.x + i as i64, &near, &kept_in_row, reach);
-            }
-        }
-    });
-
+    let target = targets(field, keep, reach);
     let columns = field.columns;
     let mut folded = Folded { moved: vec![0.0; columns], dropped: vec![0.0; columns] };
     for (n, target) in target.iter().enumerate().filter(|(n, _)| !keep[*n]) {
@@ -58,24 +36,62 @@ pub fn fold<const D: usize>(field: &mut NodeValues<D>, keep: &[bool], reach: usi
     folded
 }
 
-/// The nearest kept node of the rows in `near`, which come with the square of their distance and
-/// nearest first.
-fn nearest(x: i64, near: &[(i64, &Row)], kept_in_row: &[u32], reach: usize) -> u32 {
-    let (mut best, mut best_d2) = (NONE, (reach * reach) as i64 + 1);
-    for (row_d2, row) in near {
-        if *row_d2 >= best_d2 {
-            break;
-        }
-        let i = (x - row.x).clamp(0, row.len as i64 - 1) as usize;
-        let n = kept_in_row[row.first + i];
-        if n != NONE {
-            let d2 = row_d2 + (row.x + (n as usize - row.first) as i64 - x).pow(2);
-            if d2 < best_d2 {
-                (best, best_d2) = (n, d2);
+/// For every node that is not kept and has a value, the kept node that takes it.
+fn targets<const D: usize>(field: &NodeValues<D>, keep: &[bool], reach: usize) -> Vec<u32> {
+    let kept_in_row = nearest_in_rows(field, keep);
+    let offsets = row_offsets::<D>(reach as i64);
+    let mut target = vec![NONE; field.len()];
+    let mut rest = target.as_mut_slice();
+    let mut rows = Vec::with_capacity(field.rows.len());
+    for row in &field.rows {
+        let (of_row, after) = rest.split_at_mut(row.len);
+        rows.push((row, of_row));
+        rest = after;
+    }
+    rows.into_par_iter().for_each(|(row, targets)| {
+        let mut around = Around { field, offsets: &offsets, row, found: Vec::new() };
+        for (i, target) in targets.iter_mut().enumerate() {
+            let n = row.first + i;
+            if !keep[n] && field.at(n).iter().any(|v| *v != 0.0) {
+                *target = around.nearest(row.x + i as i64, &kept_in_row, reach);
             }
         }
+    });
+
+    target
+}
+
+/// The rows around a row, nearest first, looked up as far as they are asked for.
+struct Around<'a, const D: usize> {
+    field: &'a NodeValues<D>,
+    offsets: &'a [(i64, i64, i64)],
+    row: &'a Row,
+    found: Vec<Option<&'a Row>>,
+}
+
+impl<const D: usize> Around<'_, D> {
+    /// The kept node nearest to the one at `x` of the row.
+    fn nearest(&mut self, x: i64, kept_in_row: &[u32], reach: usize) -> u32 {
+        let (mut best, mut best_d2) = (NONE, (reach * reach) as i64 + 1);
+        for (k, (row_d2, dz, dy)) in self.offsets.iter().enumerate() {
+            if *row_d2 >= best_d2 {
+                break;
+            }
+            if k == self.found.len() {
+                self.found.push(self.field.row(self.row.z + dz, self.row.y + dy));
+            }
+            let Some(row) = self.found[k] else { continue };
+            let i = (x - row.x).clamp(0, row.len as i64 - 1) as usize;
+            let n = kept_in_row[row.first + i];
+            if n != NONE {
+                let d2 = row_d2 + (row.x + (n as usize - row.first) as i64 - x).pow(2);
+                if d2 < best_d2 {
+                    (best, best_d2) = (n, d2);
+                }
+            }
+        }
+        best
     }
-    best
 }
 
 /// For every node the nearest kept one of its row.

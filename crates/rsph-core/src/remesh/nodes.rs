@@ -76,7 +76,7 @@ pub struct NodeValues<const D: usize> {
 impl<const D: usize> NodeValues<D> {
     /// Number of nodes.
     pub fn len(&self) -> usize {
-        self.values.len() / self.columns
+        self.rows.last().map_or(0, |r| r.first + r.len)
     }
 
     /// Whether there is no node.

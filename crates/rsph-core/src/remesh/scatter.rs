@@ -54,7 +54,11 @@ pub fn scatter<const D: usize>(
             for &(z, y) in rows {
                 if let Some((x, len)) = sum_row::<D>(&sources, &placed, &sorted, reach, (z, y), &mut sums)? {
                     out.push(Row { z, y, x, len, first: 0 });
-                    values.extend(sums.chunks_exact(width).flat_map(|s| &s[..columns]).copied());
+                    if columns == width {
+                        values.extend_from_slice(&sums);
+                    } else {
+                        values.extend(sums.chunks_exact(width).flat_map(|s| &s[..columns]).copied());
+                    }
                 }
             }
             Ok((out, values))
@@ -162,22 +166,42 @@ fn sum_row<const D: usize>(
     let width = sorted.len() / placed.len();
     sums.clear();
     sums.resize(len * width, 0.0);
+    let source = Source { placed, sorted, width, reach, low };
     for row in (z0..=z1).flat_map(near) {
+        pulp::Arch::new().dispatch(|| source.add_row::<D>(row, (z, y), sums));
+    }
+    Ok(Some((first, len)))
+}
+
+/// What rows of nodes are summed from.
+struct Source<'a> {
+    placed: &'a [Placed],
+    sorted: &'a [f64],
+    width: usize,
+    reach: i64,
+    /// The cell of the first particle that reaches the row of nodes.
+    low: i64,
+}
+
+impl Source<'_> {
+    /// Adds the particles of a row of cells to the row (z, y) of nodes.
+    #[inline(always)]
+    fn add_row<const D: usize>(&self, row: &Row, (z, y): (i64, i64), sums: &mut [f64]) {
+        let (width, reach) = (self.width, self.reach);
         // Number of the weight of this row of nodes among those of a particle of that row of cells.
         let along = |axis: usize, node: i64, cell: i64| {
             if axis < D { (node - cell + reach - 1) as usize } else { 0 }
         };
         let (wy, wz) = (along(1, y, row.y), along(2, z, row.z));
         for i in row.first..row.first + row.len {
-            let p = &placed[i];
+            let p = &self.placed[i];
             let w_yz = p.weights[1][wy] * p.weights[2][wz];
-            let start = (p.node[0] - low) as usize * width;
-            let values = &sorted[i * width..(i + 1) * width];
+            let start = (p.node[0] - self.low) as usize * width;
+            let (values, _) = self.sorted[i * width..(i + 1) * width].as_chunks::<LANES>();
             let nodes = &mut sums[start..start + 2 * reach as usize * width];
             for (node, w_x) in nodes.chunks_exact_mut(width).zip(&p.weights[0]) {
                 let w = w_x * w_yz; // Eq. (17)
-                let groups = node.as_chunks_mut::<LANES>().0.iter_mut().zip(values.as_chunks::<LANES>().0);
-                for (sum, value) in groups {
+                for (sum, value) in node.as_chunks_mut::<LANES>().0.iter_mut().zip(values) {
                     for (sum, value) in sum.iter_mut().zip(value) {
                         *sum += w * value;
                     }
@@ -185,5 +209,4 @@ fn sum_row<const D: usize>(
             }
         }
     }
-    Ok(Some((first, len)))
 }

@@ -16,7 +16,7 @@ use rsph_core::tensor::Vec3;
 const CENTRE: f64 = 0.35;
 const RADIUS: f64 = 0.15;
 /// Time step of tracing back.
-const TRACING_STEP: f64 = 0.01;
+const TRACING_STEP: f64 = 0.02;
 /// The colour that separates inside from outside when a body is compared with the exact one.
 const HALF: f64 = 0.5;
 /// Levels that are tried between the lowest and the highest.
@@ -66,12 +66,16 @@ fn in_sphere(x: &Vec3) -> bool {
     (x - Vec3::repeat(CENTRE)).norm() < RADIUS
 }
 
+/// Shift of the grid of points, in its spacings. Points that are symmetric to the sphere would lie on
+/// few shells, and one shell beside the surface would decide.
+const SHIFT: [f64; 3] = [0.137, 0.291, 0.413];
+
 /// Points of a grid over the unit cube: of half the spacing unless that would be very many.
 fn points(spacing: f64) -> Vec<Vec3> {
-    let fine = if spacing > 0.02 { 0.5 * spacing } else { spacing };
+    let fine = if spacing > 0.02 { 0.5 * spacing } else { 0.8 * spacing };
     let n = (1.0 / fine).round() as usize;
-    let grid = Grid { origin: Vec3::zeros(), spacing: fine, cells: [n; 3] };
-    (0..grid.len()).map(|q| grid.centre([q % n, q / n % n, q / n / n])).collect()
+    let grid = Grid { origin: -Vec3::from(SHIFT) * fine, spacing: fine, cells: [n + 1; 3] };
+    (0..grid.len()).map(|q| grid.centre([q % (n + 1), q / (n + 1) % (n + 1), q / (n + 1).pow(2)])).collect()
 }
 
 /// Volume in which the body of `sim` and the exact one differ over the exact volume. Inside is where
