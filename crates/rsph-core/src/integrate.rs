@@ -85,8 +85,11 @@ impl RungeKutta4 {
             }
         }
         let imposed = dynamics.impose(t + dt, particles);
-        let step =
-            StepSums { load: integral.load, reaction: integral.reaction + imposed, work: integral.power };
+        let step = StepSums {
+            load: integral.load,
+            reaction: integral.reaction + imposed.momentum,
+            work: integral.power + imposed.energy,
+        };
         (step, at_start)
     }
 }

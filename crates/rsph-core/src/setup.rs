@@ -161,6 +161,17 @@ pub enum LoadKind {
     },
 }
 
+impl LoadKind {
+    /// Whether it is a load of zero.
+    pub fn is_zero(&self) -> bool {
+        match self {
+            Self::Traction { traction, .. } => traction.norm() == 0.0,
+            Self::BodyForce { acceleration, .. } => acceleration.norm() == 0.0,
+            Self::Pressure { pressure, .. } | Self::Patch { pressure, .. } => *pressure == 0.0,
+        }
+    }
+}
+
 /// A load with its course in time.
 #[derive(Clone, Debug)]
 pub struct Load {

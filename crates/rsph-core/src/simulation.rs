@@ -162,7 +162,10 @@ impl Simulation {
             energy: dynamics.energy(0.0, &particles),
         };
         let forces = integrator.evaluate(&mut *dynamics, &particles, 0.0);
-        let watch = Watch::new(&*dynamics, &particles, start.energy);
+        // Strains round to 1e-16 u / dx; ten digits more are far below any real energy.
+        let rounding =
+            1e-22 * setup.material.p_wave_modulus() * description.volume / description.spacing.powi(2);
+        let watch = Watch::new(&*dynamics, &particles, start.energy, rounding);
         Ok(Self {
             setup,
             body,
@@ -231,7 +234,7 @@ impl Simulation {
 
         let limit = step_limit(&mut elastic);
         let (dt, notes) = choose_step(setup, &limit)?;
-        let total_volume = volume.iter().sum();
+        let total_volume: f64 = volume.iter().sum();
         let description = Description {
             particles: n,
             spacing: dx,
@@ -552,7 +555,7 @@ fn choose_step(setup: &Setup, limit: &StepLimit) -> Result<(f64, Vec<String>), I
             "must be a positive number",
             "`dt = \"auto\"` takes 0.9 of the stability limit",
         )),
-        TimeStep::Fixed(dt) if dt > limit.dt && setup.solver.formulation == Formulation::Adjoint => {
+        TimeStep::Fixed(dt) if dt > limit.dt => {
             if setup.allow_unstable {
                 Ok((
                     dt,

@@ -20,13 +20,15 @@ pub struct Watch {
     step: u64,
     start: f64,
     scale: f64,
+    rounding: f64,
 }
 
 impl Watch {
-    /// Starts from a good state of that energy.
-    pub fn new(dynamics: &dyn Dynamics, particles: &Particles, energy: Energy) -> Self {
+    /// Starts from a good state of that energy; `rounding` times the square of a displacement is the
+    /// energy that rounding may feign.
+    pub fn new(dynamics: &dyn Dynamics, particles: &Particles, energy: Energy, rounding: f64) -> Self {
         let start = energy.kinetic + energy.elastic;
-        Self { good: copy(dynamics, particles), time: 0.0, step: 0, start, scale: start }
+        Self { good: copy(dynamics, particles), time: 0.0, step: 0, start, scale: start, rounding }
     }
 
     /// Starts anew from other particles, which a remeshing has made of a good state.
@@ -80,7 +82,10 @@ impl Watch {
         let excess = total - self.start - work;
         self.scale = self.scale.max(work.abs());
         let tolerance = if dynamics.is_stable() { TOLERANCE } else { TOLERANCE_OF_UNSTABLE };
-        if !total.is_finite() || excess > tolerance * self.scale {
+        // A body that only moves as a whole has an elastic energy of rounding.
+        let reach = farthest.map_or(0.0, |a| u.vector(a).norm());
+        let noise = self.rounding * reach * reach;
+        if !total.is_finite() || excess > tolerance * self.scale + noise {
             let what = format!(
                 "unstable: kinetic {:.4e} + elastic {:.4e} energy is {:.4e} more than the body had and \
                  the work done on it ({work:.4e})",

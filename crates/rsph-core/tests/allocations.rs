@@ -40,6 +40,8 @@ fn a_step_does_not_allocate() {
     let face = |at, side| Region::Plane { axis: Axis::Z, at, side };
     let mut simulation = Simulation::new(Setup {
         units: Units::Normalised,
+        mechanics: rsph_core::setup::Mechanics::Solid,
+        remesh: rsph_core::setup::Remesh::default(),
         shape: Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap()),
         resolution: Resolution::Particles(1000),
         material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap()),

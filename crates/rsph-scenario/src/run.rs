@@ -248,7 +248,7 @@ fn sample_stride(duration: f64, dt: f64) -> u64 {
 /// The moments of the frames after the first: multiples of `interval`, and `until`.
 fn frame_times(from: f64, until: f64, interval: f64) -> impl Iterator<Item = f64> {
     // A remainder of rounding is no frame of its own.
-    let count = ((until - from) / interval - 1e-9).ceil().max(0.0) as u64;
+    let count = ((until - from) / interval - 1e-9).ceil().max(if until > from { 1.0 } else { 0.0 }) as u64;
     (1..=count).map(move |k| if k == count { until } else { from + k as f64 * interval })
 }
 

@@ -1,6 +1,6 @@
 //! Clamps and prescribed motion of a thick region: its particles are held.
 
-use crate::boundary::force_sums::ForceSums;
+use crate::boundary::force_sums::{ForceSums, Imposed};
 use crate::particles::{Field, Particles};
 use crate::setup::Motion;
 use crate::tensor::Vec3;
@@ -50,9 +50,9 @@ impl Fixed {
         }
     }
 
-    /// Sets displacement and velocity of held components; returns the momentum that this added.
-    pub fn impose(&self, t: f64, mass: &[f64], particles: &mut Particles) -> Vec3 {
-        let mut added = Vec3::zeros();
+    /// Sets displacement and velocity of held components; returns what this added.
+    pub fn impose(&self, t: f64, mass: &[f64], particles: &mut Particles) -> Imposed {
+        let mut added = Imposed::default();
         if self.particles.is_empty() {
             return added;
         }
@@ -69,7 +69,8 @@ impl Fixed {
             let value = p.motion.map_or_else(Vec3::zeros, |m| m.velocity(t));
             for i in (0..3).filter(|&i| p.fix[i]) {
                 let at = i * n + p.particle;
-                added[i] += mass[p.particle] * (value[i] - v[at]);
+                added.momentum[i] += mass[p.particle] * (value[i] - v[at]);
+                added.energy += 0.5 * mass[p.particle] * (value[i].powi(2) - v[at].powi(2));
                 v[at] = value[i];
             }
         }

@@ -25,3 +25,18 @@ impl ForceSums {
         }
     }
 }
+
+/// What setting prescribed velocities adds to the body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Imposed {
+    /// Momentum.
+    pub momentum: Vec3,
+    /// Kinetic energy.
+    pub energy: f64,
+}
+
+impl Default for Imposed {
+    fn default() -> Self {
+        Self { momentum: Vec3::zeros(), energy: 0.0 }
+    }
+}

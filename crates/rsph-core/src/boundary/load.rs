@@ -85,6 +85,8 @@ pub fn nodal_loads(
         .enumerate()
         .map(|(i, load)| {
             let force = match &load.kind {
+                // A baseline without load is a load of zero, wherever it acts.
+                kind if kind.is_zero() => Ok(vec![0.0; 3 * body.mass.len()]),
                 LoadKind::Traction { region, traction } => on_region(i, region, &|_| *traction),
                 LoadKind::Pressure { region, pressure } => on_region(i, region, &|n| -*pressure * n),
                 LoadKind::BodyForce { region, acceleration } => {

@@ -67,12 +67,8 @@ pub fn tag(
                 let gap = positions.iter().map(|x| (x[axis] - at).abs()).fold(f64::INFINITY, f64::min);
                 if gap <= spacing {
                     if solver.formulation == Formulation::Adjoint {
-                        tags.planes.push(MirrorPlane {
-                            axis,
-                            at,
-                            fix: boundary.fix,
-                            motion: boundary.motion,
-                        });
+                        let plane = MirrorPlane { axis, at, fix: boundary.fix, motion: boundary.motion };
+                        add_plane(&mut tags.planes, plane, spacing, &key)?;
                         continue;
                     }
                     // The paper fixes the particles at the bottom.
@@ -92,6 +88,33 @@ pub fn tag(
         }));
     }
     Ok(tags)
+}
+
+/// Adds a mirror plane, or what it holds to the plane that is there already.
+fn add_plane(
+    planes: &mut Vec<MirrorPlane>,
+    plane: MirrorPlane,
+    spacing: f64,
+    key: &str,
+) -> Result<(), InvalidInput> {
+    let same = |p: &&mut MirrorPlane| p.axis == plane.axis && (p.at - plane.at).abs() < 1e-6 * spacing;
+    match planes.iter_mut().find(same) {
+        None => planes.push(plane),
+        Some(there) if there.motion == plane.motion => {
+            for i in 0..3 {
+                there.fix[i] |= plane.fix[i];
+            }
+        }
+        Some(_) => {
+            return Err(InvalidInput::new(
+                key,
+                format!("plane at {}", plane.at),
+                "another boundary holds the same face and moves otherwise",
+                "give a face one boundary, with one motion for all components that it holds",
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// The error for a region that holds no particle and touches no face.

@@ -4,7 +4,7 @@
 
 mod sweeps;
 
-use super::{Dynamics, Energy, ForceSums};
+use super::{Dynamics, Energy, ForceSums, Imposed};
 use crate::boundary::fixed::Fixed;
 use crate::boundary::mirror::Mirror;
 use crate::boundary::nodal_load::NodalLoad;
@@ -186,7 +186,7 @@ impl Dynamics for Elastic {
         total
     }
 
-    fn impose(&self, t: f64, particles: &mut Particles) -> Vec3 {
+    fn impose(&self, t: f64, particles: &mut Particles) -> Imposed {
         self.fixed.impose(t, &self.mass, particles)
     }
 

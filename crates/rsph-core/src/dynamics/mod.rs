@@ -4,9 +4,8 @@ pub mod elastic;
 pub mod paper;
 pub mod prescribed;
 
-pub use crate::boundary::force_sums::ForceSums;
+pub use crate::boundary::force_sums::{ForceSums, Imposed};
 use crate::particles::{Column, Field, Particles};
-use crate::tensor::Vec3;
 
 /// Energies at one moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,8 +30,8 @@ pub trait Dynamics: std::fmt::Debug + Send + Sync {
     /// [`Dynamics::integrated`].
     fn rates(&mut self, t: f64, particles: &Particles, rates: &mut [Column]) -> ForceSums;
 
-    /// Sets what is prescribed at time `t`; returns the momentum that this added.
-    fn impose(&self, t: f64, particles: &mut Particles) -> Vec3;
+    /// Sets what is prescribed at time `t`; returns what this added to the body.
+    fn impose(&self, t: f64, particles: &mut Particles) -> Imposed;
 
     /// Adds the derived columns (strain, stress, density, ...) to a copy of the state.
     fn derive(&mut self, t: f64, particles: &mut Particles);

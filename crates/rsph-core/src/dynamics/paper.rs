@@ -6,7 +6,7 @@
 //! strain rate feed energy into the body. It is kept so that this can be shown; use
 //! [`super::elastic`].
 
-use super::{Dynamics, Energy, ForceSums};
+use super::{Dynamics, Energy, ForceSums, Imposed};
 use crate::boundary::fixed::Fixed;
 use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::traction_free::penalty_force;
@@ -166,7 +166,7 @@ impl Dynamics for Paper {
         sums
     }
 
-    fn impose(&self, t: f64, particles: &mut Particles) -> Vec3 {
+    fn impose(&self, t: f64, particles: &mut Particles) -> Imposed {
         self.fixed.impose(t, &self.mass, particles)
     }
 

@@ -1,10 +1,9 @@
 //! Particles that follow a given velocity field, section 3 of the paper: they carry what they carry,
 //! and nothing acts back.
 
-use super::{Dynamics, Energy, ForceSums};
+use super::{Dynamics, Energy, ForceSums, Imposed};
 use crate::flow::Flow;
 use crate::particles::{Column, Field, Particles};
-use crate::tensor::Vec3;
 use rayon::prelude::*;
 
 /// A prescribed motion. It has no forces, hence no balance of momentum or energy.
@@ -37,8 +36,8 @@ impl Dynamics for Prescribed {
         ForceSums::default()
     }
 
-    fn impose(&self, _t: f64, _particles: &mut Particles) -> Vec3 {
-        Vec3::zeros()
+    fn impose(&self, _t: f64, _particles: &mut Particles) -> Imposed {
+        Imposed::default()
     }
 
     fn derive(&mut self, t: f64, particles: &mut Particles) {
