@@ -22,6 +22,8 @@ use std::sync::Arc;
 /// A free cube of 6^3 particles, density 2, E = 100, nu = 0.3, T = 0.2.
 fn free_cube(initial: Initial, loads: Vec<Load>) -> Simulation {
     Simulation::new(Setup {
+        mechanics: rsph_core::setup::Mechanics::Solid,
+        remesh: rsph_core::setup::Remesh::default(),
         units: Units::Normalised,
         shape: Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap()),
         resolution: Resolution::Particles(216),

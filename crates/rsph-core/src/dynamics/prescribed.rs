@@ -56,6 +56,7 @@ mod tests {
     use super::*;
     use crate::flow::VelocityField;
     use crate::integrate::RungeKutta4;
+    use crate::tensor::Vec3;
 
     #[test]
     fn particles_return_when_time_is_turned_back() {
