@@ -239,3 +239,44 @@ fn resume_says_that_it_is_not_there() {
     assert_eq!(done.code, Some(2));
     assert!(done.err.contains("checkpoints are not there yet"), "{}", done.err);
 }
+
+#[test]
+fn what_has_no_place_in_a_prescribed_motion_is_refused() {
+    let name = "deformation";
+    refuses(name, "velocity = \"leveque\"", "", &["`dynamics.velocity`", "needs it"]);
+    refuses(name, "\"leveque\"", "\"levek\"", &["dynamics.velocity", "leveque"]);
+    refuses(name, "iso = 0.25", "iso = 1.5", &["`dynamics.iso`", "between 0 and 1"]);
+    refuses(name, "iso = 0.25", "iso = 0.25\nband = -1", &["`dynamics.band`", "between 0"]);
+    refuses(name, "iso = 0.25", "iso = 0.25\nreversal = 0", &["`dynamics.reversal`", "positive"]);
+    refuses(name, "dt = 0.02", "dt = 0.5", &["`time.dt`", "at most"]);
+    refuses(
+        name,
+        "[time]",
+        "[[load]]\nkind = \"body_force\"\nacceleration = [0, 0, 1]\n[time]",
+        &["`load`", "prescribed"],
+    );
+    refuses(
+        name,
+        "[time]",
+        "[[probe]]\nname = \"s\"\nquantity = \"stress.xx\"\nregion = \"all\"\n[time]",
+        &["`probe[0].quantity`", "colour"],
+    );
+    refuses(
+        name,
+        "[time]",
+        "[[probe]]\nname = \"volume_inside\"\nquantity = \"colour\"\nregion = \"all\"\n[time]",
+        &["`probe[0].name`", "two columns"],
+    );
+    refuses(name, "[time]", "[remesh]\nkernel = \"m4\"\n[time]", &["remesh.kernel", "m4-prime"]);
+}
+
+#[test]
+fn what_has_no_place_in_a_solid_is_refused() {
+    let name = "tensile_liver";
+    refuses(name, "[time]", "[dynamics]\niso = 0.5\n[time]", &["`dynamics.iso`", "prescribed"]);
+    refuses(name, "\"displacement.z\"", "\"colour\"", &["`probe[0].quantity`", "no colour"]);
+    refuses(name, "every = 0 ", "every = 10 ", &["`remesh.every`", "not there yet"]);
+    let table = "[material]\nmodel = \"kelvin-voigt\"\ndensity = 1.0\nyoung_modulus = 100.0       # 0.1 MPa\n\
+                 poisson_ratio = 0.3\nrelaxation_time = 0.2\n";
+    refuses(name, table, "", &["`material`", "missing", "model = \"kelvin-voigt\""]);
+}

@@ -209,3 +209,63 @@ fn the_scheme_of_the_paper_fails_and_says_when() {
     let summary = std::fs::read_to_string(bench.path("results/summary.json")).unwrap();
     assert!(summary.contains("\"failed\""), "{summary}");
 }
+
+/// A coarse deformation test of four steps.
+fn deformation(bench: &Bench, name: &str, more: &[&str]) -> Done {
+    let file = scenario(name);
+    let mut arguments = vec!["run", file.to_str().unwrap(), "--set", "body.spacing=0.05"];
+    arguments.extend(["--set", "time.until=0.08", "--set", "output.every=0.04", "--output", "results"]);
+    arguments.extend(more);
+    bench.rsph(&arguments)
+}
+
+#[test]
+fn a_remeshed_deformation_reports_what_remeshing_did() {
+    let bench = Bench::new();
+    let done = deformation(&bench, "deformation_remeshed", &[]);
+    assert_eq!(done.code, Some(0), "{}", done.err);
+    let summary = std::fs::read_to_string(bench.path("results/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let remesh = &summary["remesh"];
+    assert_eq!(remesh["count"].as_u64(), Some(2));
+    assert!(remesh["particles_after"].as_u64() > remesh["particles_before"].as_u64(), "{remesh}");
+    assert!(summary["mass_error"].as_f64().unwrap() < 1e-13, "{summary}");
+    let probes = std::fs::read_to_string(bench.path("results/probes.csv")).unwrap();
+    assert!(probes.starts_with("time,volume_inside\n"), "{probes}");
+    let rows = rows(&bench.path("results/probes.csv"));
+    assert_eq!(rows.len(), 5);
+    assert!(rows.iter().all(|r| (r[1] / rows[0][1] - 1.0).abs() < 0.1), "{rows:?}");
+    for file in ["particles.vtkhdf", "surface.vtkhdf"] {
+        let info = bench.rsph(&["info", bench.path("results").join(file).to_str().unwrap()]);
+        assert!(info.out.contains("frames: 3"), "{file}: {}", info.out);
+    }
+
+    let without = Bench::new();
+    assert_eq!(deformation(&without, "deformation", &[]).code, Some(0));
+    let summary = std::fs::read_to_string(without.path("results/summary.json")).unwrap();
+    assert!(summary.contains("\"remesh\": null"), "{summary}");
+}
+
+#[test]
+fn remeshing_does_not_depend_on_threads() {
+    let read = |threads: &str| {
+        let bench = Bench::new();
+        let done = deformation(&bench, "deformation_remeshed", &["--threads", threads, "--quiet"]);
+        assert_eq!(done.code, Some(0), "{}", done.err);
+        std::fs::read(bench.path("results/probes.csv")).unwrap()
+    };
+    assert_eq!(read("1"), read("2"));
+}
+
+#[test]
+fn particles_that_leave_are_followed_until_no_lattice_holds_them() {
+    let bench = Bench::new();
+    let away = ["--set", "dynamics.velocity={constant=[50, 0, 0]}", "--set", "remesh.every=1"];
+    let done = deformation(&bench, "deformation_remeshed", &away);
+    assert_eq!(done.code, Some(0), "{}", done.err);
+    let bench = Bench::new();
+    let fast = ["--set", "dynamics.velocity={constant=[1e12, 0, 0]}", "--set", "remesh.every=1"];
+    let done = deformation(&bench, "deformation_remeshed", &fast);
+    assert_eq!(done.code, Some(3), "{}", done.err);
+    assert!(done.err.contains("no lattice reaches"), "{}", done.err);
+}

@@ -16,8 +16,8 @@ pub const MAX_WEIGHTS: usize = 8;
 /// | kernel | order | reach | weights in 3D | derivatives | smallest value |
 /// |---|---|---|---|---|---|
 /// | M'4 | 2 | 2 | 64 | 1 | -0.074 |
-/// | Lambda_4,2 | 4 | 3 | 216 | 2 | -0.107 |
-/// | Lambda_6,4 | 6 | 4 | 512 | 4 | -0.134 |
+/// | Lambda_4,2 | 4 | 3 | 216 | 2 | -0.117 |
+/// | Lambda_6,4 | 6 | 4 | 512 | 4 | -0.144 |
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RemeshKernel {
     /// Eq. (16).
@@ -113,13 +113,9 @@ mod tests {
                         .map(|m| w[m] * (m as f64 - (kernel.reach() - 1) as f64 - fraction).powi(k as i32))
                         .sum();
                     let expected = if k == 0 { 1.0 } else { 0.0 };
-                    // Terms of the k-th moment are as large as reach^k.
-                    let tolerance = 1e-14 * 5.0_f64.powi(k as i32);
-                    prop_assert!((moment - expected).abs() < tolerance.min(1e-12_f64.max(tolerance)),
-                        "{} moment {k}: {moment:e}", kernel.name());
-                    if k <= 2 {
-                        prop_assert!((moment - expected).abs() < 1e-12);
-                    }
+                    // Terms of the sixth moment are as large as 4^6.
+                    let tolerance = if k <= 4 { 1e-12 } else { 1e-11 };
+                    prop_assert!((moment - expected).abs() < tolerance, "{} moment {k}: {moment:e}", kernel.name());
                 }
             }
         }
@@ -171,7 +167,7 @@ mod tests {
 
     #[test]
     fn smallest_values_are_those_of_the_table() {
-        for (kernel, table) in RemeshKernel::ALL.into_iter().zip([-0.074, -0.107, -0.134]) {
+        for (kernel, table) in RemeshKernel::ALL.into_iter().zip([-0.074, -0.117, -0.144]) {
             let smallest = (0..4000).map(|i| kernel.value(f64::from(i) * 1e-3)).fold(0.0, f64::min);
             assert!((smallest - table).abs() < 6e-4, "{} {smallest}", kernel.name());
         }
