@@ -34,8 +34,7 @@ impl<const D: usize> NodeLattice<D> {
         let (mut node, mut fraction) = ([0; 3], [0.0; 3]);
         for i in 0..D {
             let q = (x[i] - self.origin[i]) / self.spacing - 0.5;
-            // Also false for NaN.
-            if !(q.abs() < FARTHEST) {
+            if q.is_nan() || q.abs() >= FARTHEST {
                 return None;
             }
             let floor = q.floor();

@@ -45,7 +45,9 @@ impl Reconstruction {
         // The field ends at 2.5 h from the particles; one cell more for the surface to close.
         let grid = grid_around(&positions, 2.5 * self.smoothing_length + self.spacing, 0.5 * self.spacing);
         let mut phi = reconstruct(&positions, &amount, self.smoothing_length, &grid);
-        phi.iter_mut().for_each(|c| *c = self.prescription.iso - *c);
+        for c in &mut phi {
+            *c = self.prescription.iso - *c;
+        }
         (grid, phi)
     }
 

@@ -102,10 +102,9 @@ pub fn remesh(doc: &Document, tables: &Scenario, mechanics: &Mechanics) -> Resul
     }
     let kernel = match tables.remesh.kernel {
         Some(RemeshKernelName::M4Prime) => RemeshKernel::M4Prime,
-        Some(RemeshKernelName::Lambda42) => RemeshKernel::Lambda42,
         Some(RemeshKernelName::Lambda64) => RemeshKernel::Lambda64,
         None if solid => RemeshKernel::M4Prime,
-        None => RemeshKernel::Lambda42,
+        Some(RemeshKernelName::Lambda42) | None => RemeshKernel::Lambda42,
     };
     Ok(Remesh { trigger, kernel })
 }

@@ -2,6 +2,7 @@
 //! shaded by the direction of their normals.
 
 use rsph_core::mesh::TriangleMesh;
+use rsph_core::particles::Field;
 use rsph_core::snapshot::Snapshot;
 use rsph_core::tensor::{Mat3, Vec3};
 use std::collections::BTreeMap;
@@ -12,6 +13,8 @@ use std::path::Path;
 const PANEL: usize = 260;
 /// Height of the line above it.
 const TITLE: usize = 24;
+/// Particles with less colour are not drawn: a remeshed body has a halo of them.
+const SEEN: f64 = 0.25;
 /// Shades of grey of a surface.
 const SHADES: f64 = 12.0;
 
@@ -27,10 +30,11 @@ impl Picture {
         Self { columns, panels: Vec::new() }
     }
 
-    /// Adds a panel with the particles of a moment.
+    /// Adds a panel with the particles of a moment that have colour.
     pub fn particles(&mut self, title: &str, snapshot: &Snapshot) {
         let mut path = String::new();
-        for x in snapshot.positions() {
+        let colour = snapshot.column(Field::Colour).values();
+        for (x, _) in snapshot.positions().into_iter().zip(colour).filter(|(_, c)| **c >= SEEN) {
             let p = seen(&Vec3::from(x));
             let _ = write!(path, "M{:.0} {:.0}h0", p.x, p.y);
         }
@@ -81,10 +85,10 @@ impl Picture {
         );
         for (i, (title, drawn)) in self.panels.iter().enumerate() {
             let (x, y) = (i % self.columns * PANEL, i / self.columns * (PANEL + TITLE));
-            let _ = write!(
+            let _ = writeln!(
                 svg,
                 "<g transform=\"translate({x} {y})\"><text x=\"{}\" y=\"17\" text-anchor=\"middle\">{title}</text>\
-                 <g transform=\"translate(0 {TITLE})\">{drawn}</g></g>\n",
+                 <g transform=\"translate(0 {TITLE})\">{drawn}</g></g>",
                 PANEL / 2
             );
         }
