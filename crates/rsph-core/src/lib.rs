@@ -8,6 +8,7 @@ pub mod boundary;
 pub mod dynamics;
 pub mod error;
 pub mod flow;
+pub mod fluid;
 pub mod grid;
 pub mod integrate;
 pub mod kernel;

@@ -29,8 +29,11 @@ pub enum Field {
     LevelSet,
     /// Von Mises' equivalent stress.
     VonMises,
-    /// Colour c: 1 inside a body that moves as told, 0 outside of it, Eqs. (8), (17).
+    /// Colour c: 1 inside a body that moves as told, 0 outside of it, Eqs. (8), (17); 1 in a fluid beside
+    /// a solid, the characteristic function of Eq. (19).
     Colour,
+    /// Pressure p of a fluid that carries sound.
+    Pressure,
 }
 
 /// How a column comes by its values.
@@ -83,6 +86,7 @@ pub const COLUMNS: &[ColumnSpec] = &[
     column(Field::LevelSet, "level_set", 1, Evolution::State, Extensive::ByVolume, "m"),
     column(Field::VonMises, "von_mises", 1, Evolution::Derived, Extensive::ByVolume, "Pa"),
     column(Field::Colour, "colour", 1, Evolution::State, Extensive::ByVolume, "1"),
+    column(Field::Pressure, "pressure", 1, Evolution::State, Extensive::ByVolume, "Pa"),
 ];
 
 const fn column(
