@@ -4,7 +4,7 @@ use crate::boundary::body_force::body_force;
 use crate::boundary::flat_face::Face;
 use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::patch::Patch;
-use crate::boundary::surface_load::{SurfacePoint, quadrature};
+use crate::boundary::surface_load::{SurfacePoint, graded_quadrature, quadrature};
 use crate::boundary::tag::no_particle;
 use crate::error::InvalidInput;
 use crate::mls::PointWeights;
@@ -44,8 +44,9 @@ pub fn nodal_loads(
     body: &LoadedBody<'_>,
     weights: impl Fn(&[Vec3]) -> PointWeights,
 ) -> Result<Vec<NodalLoad>, InvalidInput> {
-    let points = quadrature(body.shape.surface(), RESOLUTION * body.spacing);
-    let on_surface = |i: usize, traction: &dyn Fn(&SurfacePoint) -> Vec3| {
+    let edge = RESOLUTION * body.spacing;
+    let evenly = quadrature(body.shape.surface(), edge);
+    let on_surface = |i: usize, points: &[SurfacePoint], traction: &dyn Fn(&SurfacePoint) -> Vec3| {
         let loaded: Vec<(Vec3, Vec3)> = points
             .iter()
             .map(|p| (p.x, traction(p) * p.area))
@@ -69,7 +70,7 @@ pub fn nodal_loads(
     let on_region = |i: usize, region: &Region, traction: &dyn Fn(&Vec3) -> Vec3| {
         flat_faces(body, region, traction).map_or_else(
             || {
-                on_surface(i, &|p| {
+                on_surface(i, &evenly, &|p| {
                     if region.contains_on_surface(&p.x, &p.normal, body.tolerance) {
                         traction(&p.normal)
                     } else {
@@ -95,7 +96,10 @@ pub fn nodal_loads(
                 }
                 LoadKind::Patch { pressure, centre, radius, direction } => {
                     let patch = Patch::on(body.shape.surface(), *pressure, centre, *radius, direction);
-                    on_surface(i, &|p| patch.traction(p))
+                    // A patch may be smaller than the particles.
+                    let points =
+                        graded_quadrature(body.shape.surface(), &|x, e| patch.resolution(edge, x, e));
+                    on_surface(i, &points, &|p| patch.traction(p))
                 }
             }?;
             Ok(NodalLoad { force, ramp: load.ramp })
