@@ -58,9 +58,10 @@ impl Patch {
         }
     }
 
-    /// Longest edge of a quadrature triangle around `middle`, no longer than `longest`.
-    pub fn resolution(&self, longest: f64, middle: &Vec3, edge: f64) -> f64 {
-        let reached = (middle - self.centre).norm() < CUTOFF * self.radius + edge;
+    /// Longest edge of a quadrature triangle with these corners, no longer than `longest`.
+    pub fn resolution(&self, longest: f64, corners: &[Vec3; 3]) -> f64 {
+        let size = (corners[1] - corners[0]).norm().max((corners[2] - corners[0]).norm());
+        let reached = (corners[0] - self.centre).norm() < CUTOFF * self.radius + size;
         if reached { longest.min(RESOLUTION * self.radius) } else { f64::INFINITY }
     }
 

@@ -14,14 +14,18 @@ pub struct SurfacePoint {
     pub area: f64,
 }
 
+/// Longest edge allowed in the triangle of these corners with this outward normal.
+type Resolution<'a> = dyn Fn(&[Vec3; 3], &Vec3) -> f64 + 'a;
+
 /// Quadrature points of a surface, three to a triangle, after splitting triangles until no edge is
 /// longer than `resolution`.
 pub fn quadrature(mesh: &TriangleMesh, resolution: f64) -> Vec<SurfacePoint> {
     graded_quadrature(mesh, &|_, _| resolution)
 }
 
-/// The same where the longest edge allowed is `resolution(middle of the triangle, its longest edge)`.
-pub fn graded_quadrature(mesh: &TriangleMesh, resolution: &dyn Fn(&Vec3, f64) -> f64) -> Vec<SurfacePoint> {
+/// The same where the longest edge allowed in the triangle of these corners, with this outward normal,
+/// is `resolution(corners, normal)`.
+pub fn graded_quadrature(mesh: &TriangleMesh, resolution: &Resolution<'_>) -> Vec<SurfacePoint> {
     let mut points = Vec::new();
     for t in &mesh.triangles {
         let corners = t.map(|i| mesh.vertices[i as usize]);
@@ -38,18 +42,18 @@ fn split(
     c: [Vec3; 3],
     area: f64,
     normal: &Vec3,
-    resolution: &dyn Fn(&Vec3, f64) -> f64,
+    resolution: &Resolution<'_>,
     points: &mut Vec<SurfacePoint>,
 ) {
     let edge = |i: usize| (c[(i + 1) % 3] - c[i]).norm();
     let longest = (0..3).max_by(|&i, &j| edge(i).total_cmp(&edge(j))).unwrap_or(0);
-    let sum = c[0] + c[1] + c[2];
-    if edge(longest) > resolution(&(sum / 3.0), edge(longest)) {
+    if edge(longest) > resolution(&c, normal) {
         let (a, b, d) = (c[longest], c[(longest + 1) % 3], c[(longest + 2) % 3]);
         let middle = 0.5 * (a + b);
         split([a, middle, d], 0.5 * area, normal, resolution, points);
         split([middle, b, d], 0.5 * area, normal, resolution, points);
     } else {
+        let sum = c[0] + c[1] + c[2];
         // Exact for quadratic functions on the triangle.
         points.extend(c.map(|corner| SurfacePoint {
             x: (sum + 3.0 * corner) / 6.0,
@@ -75,7 +79,7 @@ mod tests {
         let radius = 0.01;
         let centre = PatchCentre::At(corner(0.301, -0.217));
         let patch = Patch::on(&square, 1.0, &centre, Some(radius), &-Vec3::z());
-        let points = graded_quadrature(&square, &|x, edge| patch.resolution(0.25, x, edge));
+        let points = graded_quadrature(&square, &|corners, _| patch.resolution(0.25, corners));
         let force: f64 = points.iter().map(|p| patch.traction(p).norm() * p.area).sum();
         // The integral of exp(-d^2/r^2) over the plane is pi r^2.
         let exact = std::f64::consts::PI * radius * radius;
