@@ -3,7 +3,7 @@
 mod interaction;
 mod prescription;
 
-pub use interaction::Interaction;
+pub use interaction::{Interaction, InteractionSetting};
 pub use prescription::{Mechanics, Prescription, Remesh, RemeshTrigger, STRAIN};
 
 use crate::material::Material;

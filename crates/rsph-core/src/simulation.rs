@@ -3,6 +3,7 @@
 
 mod balance;
 mod checks;
+mod fsi_1d;
 mod model;
 mod prescribed;
 mod remeshing;
@@ -24,10 +25,20 @@ use crate::surface::Surface;
 use crate::tensor::Vec3;
 use crate::watch::Watch;
 use balance::Balance;
+use fsi_1d::FluidBesideSolid;
 use model::{Model, Moment, Parts};
 use prescribed::PrescribedBody;
 use remeshing::Remeshing;
 use solid::Solid;
+
+/// Names and SI units of the readings that a kind of body adds to those of its probes, in order.
+pub fn own_readings(mechanics: &Mechanics) -> &'static [(&'static str, &'static str)] {
+    match mechanics {
+        Mechanics::Solid => &[],
+        Mechanics::Prescribed(_) => &[(VOLUME_INSIDE, "m^3")],
+        Mechanics::Interaction(_) => fsi_1d::READINGS,
+    }
+}
 
 /// What is known of a simulation before its first step.
 #[derive(Clone, Debug)]
@@ -81,6 +92,7 @@ impl Simulation {
         let parts = match &setup.mechanics {
             Mechanics::Solid => Solid::parts(&setup)?,
             Mechanics::Prescribed(prescription) => PrescribedBody::parts(&setup, prescription)?,
+            Mechanics::Interaction(setting) => FluidBesideSolid::parts(&setup, setting)?,
         };
         let Parts { mut model, mut particles, description } = parts;
         let dynamics = model.dynamics_mut();
@@ -93,7 +105,7 @@ impl Simulation {
             1e-22 * setup.material.p_wave_modulus() * description.volume / description.spacing.powi(2);
         Ok(Self {
             watch: Watch::new(dynamics, &particles, energy, rounding),
-            balance: Balance::new(&particles, energy, forces),
+            balance: Balance::new(dynamics.account(), &particles, energy, forces),
             remeshing: Remeshing::new(setup.remesh.trigger),
             setup,
             description,
@@ -153,11 +165,16 @@ impl Simulation {
         self.time += dt;
         self.steps += 1;
         self.balance.add(&step, forces);
+        let moment = Moment { time: self.time, step: self.steps };
+        if let Some(failure) = self.model.disorder(&self.particles, moment) {
+            self.restore();
+            return Err(failure);
+        }
         if self.watch.is_due(self.steps) {
             self.check()?;
         }
         let strain = || self.model.strain(&self.particles, self.time, dt);
-        if self.remeshing.is_due(strain) { self.remesh() } else { Ok(()) }
+        if self.remeshing.is_due(dt, strain) { self.remesh() } else { Ok(()) }
     }
 
     /// Lays the particles anew.
@@ -194,6 +211,8 @@ impl Simulation {
     /// Goes back to the last good state.
     fn restore(&mut self) {
         (self.time, self.steps) = self.watch.restore(self.model.dynamics(), &mut self.particles);
+        // What follows from the restored columns.
+        self.model.dynamics().impose(self.time, &mut self.particles);
     }
 
     /// Evaluates the right-hand side at this moment without advancing, for measurements.
@@ -237,7 +256,7 @@ impl Simulation {
         (self.setup.remesh.trigger != RemeshTrigger::Never).then_some(self.remeshing.log)
     }
 
-    /// The probes' readings of this moment, in order; a prescribed motion adds [`VOLUME_INSIDE`].
+    /// The probes' readings of this moment, in order, and then those of [`own_readings`].
     pub fn readings(&mut self) -> Vec<Reading> {
         self.model.readings(&self.particles, self.time)
     }

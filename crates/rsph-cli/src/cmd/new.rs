@@ -16,6 +16,7 @@ Templates:
   hanging_column        a column under its own weight
   deformation           a sphere that a given velocity field tears
   deformation_remeshed  the same with remeshing: it stays whole
+  fsi_1d                a viscous fluid beside an elastic solid, on a line
 
 Examples:
   rsph new > my.toml
@@ -35,6 +36,7 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("hanging_column", include_str!("../../../../scenarios/hanging_column.toml")),
     ("deformation", include_str!("../../../../scenarios/deformation.toml")),
     ("deformation_remeshed", include_str!("../../../../scenarios/deformation_remeshed.toml")),
+    ("fsi_1d", include_str!("../../../../scenarios/fsi_1d.toml")),
 ];
 
 pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {

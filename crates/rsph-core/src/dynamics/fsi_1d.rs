@@ -12,7 +12,7 @@ mod remesh;
 pub use order::Crossing;
 pub use remesh::FluidRemesh;
 
-use super::{Dynamics, Energy, ForceSums, Imposed};
+use super::{Account, Dynamics, Energy, ForceSums, Imposed};
 use crate::fluid::FluidLaw;
 use crate::particles::{Column, Field, Particles};
 use crate::setup::Interaction;
@@ -20,7 +20,9 @@ use crate::tensor::Vec3;
 use derivatives::Line;
 use std::sync::Arc;
 
-/// Shares of the stability limits of RK4 along the imaginary and the real axis.
+/// Smallest smoothing length, in spacings, whose sums surely reach both neighbours.
+pub const SMALLEST_SMOOTHING: f64 = 0.85;
+/// Largest rate times step along the imaginary and the real axis at which RK4 is stable.
 const WAVES: f64 = 2.82;
 const DECAY: f64 = 2.78;
 
@@ -103,6 +105,14 @@ impl FluidStructure {
         (solid.min(sound).min(viscous), viscous < solid.min(sound))
     }
 
+    /// Largest |du/dx| between two fluid particles.
+    pub fn largest_rate(&mut self, particles: &Particles) -> f64 {
+        self.place(particles);
+        let u = particles.column(Field::Velocity).component(0);
+        let rates = u.windows(2).zip(self.x.windows(2)).map(|(u, x)| ((u[1] - u[0]) / (x[1] - x[0])).abs());
+        rates.fold(0.0, f64::max)
+    }
+
     /// Number of the interface particle.
     pub fn interface(&self) -> usize {
         self.interface
@@ -152,6 +162,11 @@ impl Dynamics for FluidStructure {
     fn integrated(&self) -> &'static [Field] {
         const STATE: [Field; 4] = [Field::Displacement, Field::Velocity, Field::Volume, Field::Pressure];
         if self.fluid.bulk_modulus().is_some() { &STATE } else { &STATE[..3] }
+    }
+
+    /// Neither law has a balance of mass: densities are constant while volumes change.
+    fn account(&self) -> Account {
+        Account { conserves_mass: false, sums_dissipation: true }
     }
 
     fn rates(&mut self, _t: f64, particles: &Particles, rates: &mut [Column]) -> ForceSums {

@@ -17,6 +17,16 @@ pub struct Energy {
     pub elastic: f64,
 }
 
+/// What the balances of a dynamics hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Account {
+    /// Whether its equations conserve mass.
+    pub conserves_mass: bool,
+    /// Whether [`ForceSums::dissipation`] is what viscosity takes; else that is known only as what is missing
+    /// in the balance of energy.
+    pub sums_dissipation: bool,
+}
+
 /// A right-hand side.
 pub trait Dynamics: std::fmt::Debug + Send + Sync {
     /// The columns that are integrated in time.
@@ -25,6 +35,11 @@ pub trait Dynamics: std::fmt::Debug + Send + Sync {
     /// Whether it stays bounded at a time step below its limit.
     fn is_stable(&self) -> bool {
         true
+    }
+
+    /// What its balances hold.
+    fn account(&self) -> Account {
+        Account { conserves_mass: true, sums_dissipation: false }
     }
 
     /// Rates of change of the integrated columns at time `t`, in the order of

@@ -3,6 +3,19 @@
 use crate::fluid::FluidLaw;
 use std::sync::Arc;
 
+/// What a scenario says of a fluid beside a solid; where they lie is that of the body's box.
+#[derive(Clone, Debug)]
+pub struct InteractionSetting {
+    /// The fluid, left of the interface.
+    pub fluid: Arc<dyn FluidLaw>,
+    /// Elasticity mu of the solid.
+    pub elasticity: f64,
+    /// Density of the solid.
+    pub solid_density: f64,
+    /// Where fluid and solid meet at rest.
+    pub interface: f64,
+}
+
 /// A fluid from a wall at `left` to the interface, and an elastic solid from there to `right`, where it
 /// is held, section 4 of the paper.
 #[derive(Clone, Debug)]

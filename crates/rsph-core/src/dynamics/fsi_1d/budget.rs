@@ -5,19 +5,28 @@ use crate::dynamics::Energy;
 use crate::particles::{Column, Field, Particles};
 
 impl FluidStructure {
-    /// The fluid's energy E_f and the solid's E_s as kinetic and stored energy.
+    /// Kinetic and stored energy of both.
     pub(super) fn energies(&mut self, particles: &Particles) -> Energy {
+        let u = particles.column(Field::Velocity).component(0);
+        let mass = particles.column(Field::Mass).values();
+        let kinetic = mass.iter().zip(u).map(|(m, u)| 0.5 * m * u * u).sum();
+        Energy { kinetic, elastic: self.energy_of_each(particles).iter().sum::<f64>() - kinetic }
+    }
+
+    /// The energies E_f of the fluid and E_s of the solid.
+    pub fn energy_of_each(&mut self, particles: &Particles) -> [f64; 2] {
         self.place(particles);
-        let n = self.interface;
+        let (n, law) = (self.interface, &*self.fluid);
         let u = particles.column(Field::Velocity).component(0);
         let d = particles.column(Field::Displacement).component(0);
         let p = particles.column(Field::Pressure).values();
-        let mass = particles.column(Field::Mass).values();
-        let kinetic = mass.iter().zip(u).map(|(m, u)| 0.5 * m * u * u).sum();
+        let pressure = |i: usize| p.get(i).copied().unwrap_or(0.0);
+        let fluid = (0..=n).map(|i| self.volume[i] * law.energy_density(u[i], pressure(i))).sum();
+        let cell = |j: usize| if j == n || j == u.len() - 1 { 0.5 } else { 1.0 };
+        let moving: f64 = (n..u.len()).map(|j| cell(j) * u[j] * u[j]).sum();
         let strained: f64 = d[n..].windows(2).map(|d| (d[1] - d[0]).powi(2)).sum();
-        let compressed: f64 =
-            p.iter().zip(&self.volume).map(|(p, v)| v * self.fluid.energy_density(0.0, *p)).sum();
-        Energy { kinetic, elastic: 0.5 * self.elasticity * strained / self.solid_spacing + compressed }
+        let dxi = self.solid_spacing;
+        [fluid, 0.5 * (self.solid_density * dxi * moving + self.elasticity * strained / dxi)]
     }
 
     /// Power that viscosity takes, nu int u_x^2 dx; positions are those of the work space.
