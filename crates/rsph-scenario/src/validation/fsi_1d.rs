@@ -45,7 +45,7 @@ pub(super) fn run(quick: bool, folder: &Path) -> Result<Vec<Row>, String> {
     let mut rows = Vec::new();
     let exact = Profile::reference(END)?;
     let name = |what: &str| format!("fsi_1d: {what}");
-    let mut error = |rows: &mut Vec<Row>, what: &str, sets: &[String], bound: f64| {
+    let error = |rows: &mut Vec<Row>, what: &str, sets: &[String], bound: f64| {
         let profile = Profile::of(&finished(sets)?.snapshot());
         let error = profile.errors(&exact).0;
         rows.push(Row::at_most(name(what), error, bound, "of |u|"));
