@@ -45,7 +45,7 @@ def profile(
     field: str = "velocity",
     axes: Any = None,
 ) -> Any:
-    """Draws a field over x, for particles on a line: the fluid dashed, the solid full, as in Fig. 4.
+    """Draws a field over x for particles on a line: fluid dashed, solid full, as in Fig. 4.
 
     Args:
         snapshot: of a fluid beside a solid.
@@ -61,7 +61,9 @@ def profile(
     values = snapshot[field]
     values = values if values.ndim == 1 else values[:, 0]
     fluid, solid = snapshot["colour"] > 0.0, snapshot["colour"] < 1.0
-    colour = axes.plot(x[fluid], values[fluid], "--", label=f"t = {snapshot.time:g}, fluid")[0].get_color()
+    colour = axes.plot(x[fluid], values[fluid], "--", label=f"t = {snapshot.time:g}, fluid")[
+        0
+    ].get_color()
     axes.plot(x[solid], values[solid], "-", color=colour, label=f"t = {snapshot.time:g}, solid")
     axes.set(xlabel="x", ylabel=field)
     axes.legend()

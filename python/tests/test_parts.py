@@ -144,7 +144,8 @@ def test_plots(tmp_path):
     line = rsph.Simulation.from_toml(ROOT / "scenarios" / "fsi_1d.toml")
     line.run(until=0.1)
     fluid, solid = rsph.plot.profile(line.snapshot()).get_lines()
-    assert fluid.get_xdata()[0] == -0.5 and solid.get_xdata()[-1] == 0.5
+    assert fluid.get_xdata()[0] == -0.5
+    assert solid.get_xdata()[-1] == 0.5
     assert fluid.get_ydata()[-1] == solid.get_ydata()[0]
 
 

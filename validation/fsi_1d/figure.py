@@ -1,6 +1,6 @@
-"""Draws figure.png, after Fig. 4 of the paper, from the curves that `rsph validate fsi_1d` leaves behind.
+"""Draws figure.png, after Fig. 4 of the paper, from the curves of `rsph validate fsi_1d`.
 
-    python validation/fsi_1d/figure.py out/validation/fsi_1d.csv
+python validation/fsi_1d/figure.py out/validation/fsi_1d.csv
 """
 
 import csv
@@ -25,7 +25,9 @@ def main(curves: str) -> None:
         for name, x, u in list(csv.reader(file))[1:]:
             time, part = name.removeprefix("t = ").split(", ")
             points[time, part].append((float(x), float(u)))
-    figure, axes = plt.subplots(2, 2, figsize=(9, 6), sharex=True, sharey=True, layout="constrained")
+    figure, axes = plt.subplots(
+        2, 2, figsize=(9, 6), sharex=True, sharey=True, layout="constrained"
+    )
     for ax, (time, file) in zip(axes.flat, TIMES.items(), strict=True):
         with open(HERE / "reference" / f"ref_t{file}.csv", newline="") as rows:
             exact = [(float(r["x"]), float(r["u"])) for r in csv.DictReader(rows)]

@@ -86,6 +86,18 @@ proptest! {
     }
 }
 
+proptest! {
+    #[test]
+    fn remeshing_keeps_a_constant_pressure(shift in prop::collection::vec(-0.4..0.4f64, 41), p in -9.0..9.0f64) {
+        let i = interaction(Arc::new(Acoustic::new(1.0, 1.0).unwrap()), [40, 10]);
+        let mut dynamics = FluidStructure::new(&i, 0.9);
+        let mut particles = disturbed(&i, &dynamics, &shift, &[0.0; 41]);
+        particles.column_mut(Field::Pressure).values_mut()[..=40].fill(p);
+        dynamics.remesh(RemeshKernel::Lambda42, &mut particles).unwrap();
+        prop_assert!(particles.column(Field::Pressure).values()[..=40].iter().all(|q| (q - p).abs() < 1e-11));
+    }
+}
+
 /// Particles that a smooth motion has carried away from their nodes and strained by up to 0.2, with a velocity
 /// that is odd at the wall. At a given strain the error is a share of the change over one spacing: of first order.
 #[test]

@@ -22,7 +22,8 @@ impl Bar {
         Self { bounds }
     }
 
-    /// The bar through the particles of `snapshot`, with their fields.
+    /// The bar through the particles of `snapshot`, with their fields and `velocity_x`. Displacements are left
+    /// out: those of the fluid count from its last remeshing.
     pub fn surface(&self, snapshot: &Snapshot) -> Surface {
         let (low, high) = (self.bounds.min, self.bounds.max);
         let ring = [(low.y, low.z), (high.y, low.z), (high.y, high.z), (low.y, high.z)];
@@ -31,15 +32,20 @@ impl Bar {
             .into_iter()
             .flat_map(|[x, _, _]| ring.map(|(y, z)| Vec3::new(x, y, z)))
             .collect();
-        let fields = snapshot
+        let mut fields: Vec<SurfaceField> = snapshot
             .columns()
-            .filter(|(spec, _)| spec.field != Field::Reference)
+            .filter(|(spec, _)| !matches!(spec.field, Field::Reference | Field::Displacement))
             .map(|(spec, column)| SurfaceField {
                 name: spec.name,
                 components: spec.components,
                 values: at_corners(column),
             })
             .collect();
+        let u = snapshot.column(Field::Velocity);
+        if !u.is_empty() {
+            let along: Vec<f64> = u.component(0).iter().flat_map(|u| [*u; CORNERS]).collect();
+            fields.push(SurfaceField { name: "velocity_x", components: 1, values: along });
+        }
         Surface { mesh: TriangleMesh { vertices, triangles: triangles(snapshot.len()) }, fields }
     }
 }
