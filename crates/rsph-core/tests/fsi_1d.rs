@@ -10,10 +10,11 @@ use rsph_core::integrate::RungeKutta4;
 use rsph_core::kernel::RemeshKernel;
 use rsph_core::material::Passive;
 use rsph_core::particles::{Column, Field, Particles};
+use rsph_core::region::Region;
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Initial, Interaction, InteractionSetting, Mechanics, Remesh, RemeshTrigger, Setup, Solver, TimeStep,
-    Units, VectorField,
+    Initial, Interaction, InteractionSetting, Mechanics, Probe, Quantity, Remesh, RemeshTrigger, Setup,
+    Solver, TimeStep, Units, VectorField,
 };
 use rsph_core::shape::BoxShape;
 use rsph_core::simulation::Simulation;
@@ -255,6 +256,12 @@ fn bad_input_is_refused_by_its_key() {
     assert_eq!(key(&|s| s.resolution = Resolution::Particles(3)), "body.particles");
     assert_eq!(key(&|s| s.solver.smoothing = 0.8), "solver.smoothing");
     assert_eq!(key(&|s| s.time_step = TimeStep::Fixed(0.1)), "time.dt");
+    let probe = |quantity: &str| Probe {
+        name: "p".into(),
+        quantity: Quantity::parse(quantity).unwrap(),
+        region: Region::All,
+    };
+    assert_eq!(key(&|s| s.probes = vec![probe("velocity.x"), probe("pressure")]), "probe[1].quantity");
     assert_eq!(Burgers::new(0.0).unwrap_err().key, "dynamics.fluid.burgers.viscosity");
     assert_eq!(Acoustic::new(1.0, -1.0).unwrap_err().key, "dynamics.fluid.acoustic.sound_speed");
 }

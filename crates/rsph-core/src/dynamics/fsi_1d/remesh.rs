@@ -20,7 +20,7 @@ pub struct FluidRemesh {
 
 impl FluidStructure {
     /// Lays the fluid's particles at even distances by sums of volume and of volume times velocity (and
-    /// pressure) under `kernel`, Eq. (17): u = sum V u W / sum V W, V = sum V W. Beyond both ends are
+    /// pressure) under `kernel`, Eq. (17), and makes their volumes those of the cells. Beyond both ends are
     /// mirror images: of odd u and even p at the wall, of u and p turned about their values at the interface.
     ///
     /// # Errors
@@ -106,19 +106,20 @@ fn fill_cells(nodes: &mut [[f64; 3]], h: f64) {
     let intensive = |[v, vu, vp]: [f64; 3]| [vu / v, vp / v];
     let mut left = intensive(nodes[0]);
     let mut passed = 0.0;
-    for j in 0..nodes.len() - 1 {
+    // What passes one half of a cell at an end passes its mirror image as well.
+    let last = nodes.len() - 1;
+    let whole = |j: usize| if j == 0 || j == last { 2.0 } else { 1.0 };
+    for j in 0..last {
         let right = intensive(nodes[j + 1]);
         let over = nodes[j][0] - h;
-        passed += if j == 0 { 0.5 * over } else { over };
+        passed += over / whole(j);
         for c in 0..2 {
             let moved = passed * 0.5 * (left[c] + right[c]);
-            nodes[j][c + 1] -= moved;
-            nodes[j + 1][c + 1] += moved;
+            nodes[j][c + 1] -= whole(j) * moved;
+            nodes[j + 1][c + 1] += whole(j + 1) * moved;
         }
         nodes[j][0] = h;
         left = right;
     }
-    if let Some(last) = nodes.last_mut() {
-        last[0] = h;
-    }
+    nodes[last][0] = h;
 }

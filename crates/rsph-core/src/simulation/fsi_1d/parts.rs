@@ -3,6 +3,7 @@
 use super::{Bar, FluidBesideSolid};
 use crate::dynamics::fsi_1d::{FluidStructure, SMALLEST_SMOOTHING};
 use crate::error::InvalidInput;
+use crate::particles::Field;
 use crate::sample::Resolution;
 use crate::setup::{Interaction, InteractionSetting, Setup, TimeStep};
 use crate::simulation::Description;
@@ -13,6 +14,17 @@ use crate::tensor::Vec3;
 
 /// Fewest elements of each material: what the remeshing kernels reach, and more.
 const FEWEST: usize = 8;
+/// Fields that all particles have.
+const FIELDS: [Field; 8] = [
+    Field::Reference,
+    Field::Displacement,
+    Field::Velocity,
+    Field::Mass,
+    Field::Volume,
+    Field::Strain,
+    Field::Stress,
+    Field::Colour,
+];
 /// Most elements of both.
 const MOST: usize = 1_000_000;
 /// Courant number of the solid in a step that the program chooses; the limit is 1.41.
@@ -149,6 +161,16 @@ fn check(setup: &Setup, setting: &InteractionSetting) -> Result<(), InvalidInput
                 "must be at least {SMALLEST_SMOOTHING} beside a solid, so that sums reach both neighbours"
             ),
             "0.85 is most accurate, the paper uses 1.25",
+        ));
+    }
+    let pressure = setting.fluid.bulk_modulus().is_some();
+    let carried = |f: Field| FIELDS.contains(&f) || (pressure && f == Field::Pressure);
+    if let Some(i) = setup.probes.iter().position(|p| !carried(p.quantity.field)) {
+        return Err(InvalidInput::new(
+            format!("probe[{i}].quantity"),
+            setup.probes[i].quantity.field.spec().name,
+            "the particles of a fluid beside a solid do not have this field",
+            format!("choose one of {}", FIELDS.map(|f| f.spec().name).join(", ")),
         ));
     }
     Ok(())
