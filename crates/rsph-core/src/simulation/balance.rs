@@ -1,7 +1,6 @@
 //! The sums that the equations conserve, and what changes them.
 
-use crate::dynamics::Energy;
-use crate::dynamics::ForceSums;
+use crate::dynamics::{Energy, ForceSums, Imposed};
 use crate::integrate::StepSums;
 use crate::particles::{Field, Particles};
 use crate::tensor::Vec3;
@@ -66,6 +65,12 @@ impl Balance {
         self.impulse += step.load + step.reaction;
         self.work += step.work;
         self.largest_momentum = self.largest_momentum.max(self.impulse.norm());
+    }
+
+    /// Adds what was imposed on the body outside of a step.
+    pub fn impose(&mut self, imposed: &Imposed) {
+        self.impulse += imposed.momentum;
+        self.work += imposed.energy;
     }
 
     /// The sums of this moment.

@@ -86,25 +86,18 @@ pub fn material(
 }
 
 /// Whether, when and how particles are laid anew.
-pub fn remesh(doc: &Document, tables: &Scenario, mechanics: &Mechanics) -> Result<Remesh, ScenarioError> {
+pub fn remesh(tables: &Scenario, mechanics: &Mechanics) -> Remesh {
     let solid = matches!(mechanics, Mechanics::Solid);
     let trigger = match tables.remesh.every {
         EveryValue::Steps(0) => RemeshTrigger::Never,
         EveryValue::Steps(n) => RemeshTrigger::Steps(n),
         EveryValue::Auto => RemeshTrigger::Strain,
     };
-    if solid && trigger != RemeshTrigger::Never {
-        return Err(doc.error(
-            &KeyPath::from("remesh.every"),
-            "remeshing of a solid is not there yet; only 0 (never) is allowed",
-            "set `every = 0` or remove the table",
-        ));
-    }
     let kernel = match tables.remesh.kernel {
         Some(RemeshKernelName::M4Prime) => RemeshKernel::M4Prime,
         Some(RemeshKernelName::Lambda64) => RemeshKernel::Lambda64,
         None if solid => RemeshKernel::M4Prime,
         Some(RemeshKernelName::Lambda42) | None => RemeshKernel::Lambda42,
     };
-    Ok(Remesh { trigger, kernel })
+    Remesh { trigger, kernel }
 }
