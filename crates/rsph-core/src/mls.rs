@@ -13,6 +13,9 @@ use rayon::prelude::*;
 const SMOOTHING: f64 = 1.25;
 /// Particles that the support must hold at least.
 const FEWEST: usize = 8;
+/// What keeps the weight of a particle finite where a point lies on it (in square spacings), for weights
+/// that do not smooth.
+const SHARPNESS: f64 = 1e-3;
 /// A moment matrix with a smaller ratio of eigenvalues asks for a wider support.
 const WORST_CONDITION: f64 = 1e-4;
 
@@ -22,6 +25,7 @@ pub struct Cloud<'a> {
     positions: &'a [Vec3],
     spacing: f64,
     cells: CellList,
+    sharp: bool,
 }
 
 /// Weights of particles at a list of points (compressed rows).
@@ -99,19 +103,26 @@ impl PointWeights {
 impl<'a> Cloud<'a> {
     /// Particles at `positions`, about `spacing` apart.
     pub fn new(positions: &'a [Vec3], spacing: f64) -> Self {
-        Self { positions, spacing, cells: CellList::new(positions, 1.25 * SMOOTHING * spacing) }
+        let cells = CellList::new(positions, 1.25 * SMOOTHING * spacing);
+        Self { positions, spacing, cells, sharp: false }
     }
 
-    /// Particles within `radius` of `x`, with their distance, nearest first.
+    /// The same with weights that pass through the values of the particles instead of smoothing them:
+    /// at a particle they give its own value, to 1 %.
+    #[must_use]
+    pub fn sharp(self) -> Self {
+        Self { sharp: true, ..self }
+    }
+
+    /// Particles within `radius` of `x`, with their distance.
     fn around(&self, x: &Vec3, radius: f64) -> Vec<(usize, f64)> {
-        let mut found = Vec::new();
+        let mut found = Vec::with_capacity(128);
         self.cells.around(x, radius, |a| {
             let d = (self.positions[a] - x).norm();
             if d < radius {
                 found.push((a, d));
             }
         });
-        found.sort_by(|p, q| p.1.total_cmp(&q.1).then(p.0.cmp(&q.0)));
         found
     }
 
@@ -124,7 +135,9 @@ impl<'a> Cloud<'a> {
             radius *= 1.5;
             near = self.around(x, radius);
         }
-        let mut h = (SMOOTHING * dx).max(near[enough - 1].1 / 2.2);
+        let mut distances: Vec<f64> = near.iter().map(|p| p.1).collect();
+        let (_, farthest_needed, _) = distances.select_nth_unstable_by(enough - 1, f64::total_cmp);
+        let mut h = (SMOOTHING * dx).max(*farthest_needed / 2.2);
         // A body of very few particles may have no well-posed fit at all: then the widest one stands.
         for attempt in 0.. {
             if 2.5 * h > radius {
@@ -132,6 +145,10 @@ impl<'a> Cloud<'a> {
                 near = self.around(x, radius);
             }
             let kernel = QuarticSpline::<3>::new(h);
+            let weight = |d: f64| {
+                let near = if self.sharp { (d / dx).powi(2) + SHARPNESS } else { 1.0 };
+                kernel.value(d) / near
+            };
             let mut moment = Matrix4::zeros();
             let basis = |a: usize| {
                 let r = (positions[a] - x) / h;
@@ -139,7 +156,7 @@ impl<'a> Cloud<'a> {
             };
             for &(a, d) in &near {
                 let p = basis(a);
-                moment += kernel.value(d) * p * p.transpose();
+                moment += weight(d) * p * p.transpose();
             }
             let eigen = moment.symmetric_eigen();
             let well_posed = eigen.eigenvalues.min() > WORST_CONDITION * eigen.eigenvalues.max();
@@ -156,7 +173,7 @@ impl<'a> Cloud<'a> {
             }
             return near
                 .iter()
-                .map(|&(a, d)| (a as u32, coefficient.dot(&basis(a)) * kernel.value(d)))
+                .map(|&(a, d)| (a as u32, coefficient.dot(&basis(a)) * weight(d)))
                 .filter(|(_, w)| *w != 0.0)
                 .collect();
         }

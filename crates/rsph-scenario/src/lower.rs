@@ -44,7 +44,7 @@ impl LoadedScenario {
         let time_step = time_step(doc, &tables.time)?;
         let frame_interval = frame_interval(doc, tables)?;
         let mechanics = motion::mechanics(doc, tables)?;
-        let remesh = motion::remesh(tables, &mechanics);
+        let remesh = motion::remesh(doc, tables, &mechanics)?;
         let solver = solver(doc, &tables.solver)?;
         let resolution = resolution(doc, &tables.body)?;
         let material = motion::material(doc, tables, &mechanics)?;

@@ -11,7 +11,6 @@ use super::{LONGEST_ROW, RemeshError};
 use crate::kernel::RemeshKernel;
 use crate::tensor::Vec3;
 use rayon::prelude::*;
-use std::collections::{BTreeMap, BTreeSet};
 
 /// Rounds of the inversion x = xi + shift(xi); each shrinks the error by the strain since the last remesh.
 const ROUNDS: usize = 60;
@@ -19,6 +18,11 @@ const ROUNDS: usize = 60;
 const CONVERGED: f64 = 1e-12;
 /// Error beyond which a node counts as not reached.
 const ACCEPTED: f64 = 1e-6;
+
+/// Most places of the box around the nodes.
+const MOST_PLACES: usize = 1 << 28;
+/// Where a node is that the continued map does not reach.
+const NOWHERE: Vec3 = Vec3::new(f64::NAN, f64::NAN, f64::NAN);
 
 /// Index of a node.
 type Node = [i64; 3];
@@ -62,17 +66,18 @@ impl<const D: usize> Carried<'_, D> {
             values = gather(kernel, &field, &xi);
             xi.par_iter_mut().zip(&x).zip(&mut error).zip(values.par_chunks(columns)).for_each(
                 |(((xi, x), error), value)| {
-                    let next = x - Vec3::from_fn(|i, _| value[1 + i]);
+                    // Where the nodes around xi are not all there, their weights do not sum to 1.
+                    let there = (value[0] - 1.0).abs() < 1e-9;
+                    let next = if there { x - Vec3::from_column_slice(&value[1..4]) } else { NOWHERE };
                     *error = (next - *xi).norm() / self.lattice.spacing;
                     *xi = next;
                 },
             );
-            if error.iter().all(|e| *e < CONVERGED || !e.is_finite()) {
+            if error.iter().all(|e| *e < CONVERGED || e.is_nan()) {
                 break;
             }
         }
-        // Where the nodes around xi are not all there, their weights do not sum to 1.
-        let reached = |n: &usize| error[*n] < ACCEPTED && (values[n * columns] - 1.0).abs() < 1e-9;
+        let reached = |n: &usize| error[*n] < ACCEPTED;
         let reached: Vec<usize> = (0..x.len()).filter(reached).collect();
         Ok(Arrived {
             nodes: reached.iter().map(|&n| targets[n]).collect(),
@@ -86,29 +91,31 @@ impl<const D: usize> Carried<'_, D> {
 
     /// Columns 1, shift, values at the nodes of the particles and, continued, `layers` around them.
     fn continued(&self, layers: usize) -> Result<NodeValues<D>, RemeshError> {
-        let columns = 4 + self.columns;
-        let mut known: BTreeMap<(i64, i64, i64), Vec<f64>> = BTreeMap::new();
-        for (a, [x, y, z]) in self.nodes.iter().enumerate() {
-            let mut row = Vec::with_capacity(columns);
-            row.push(1.0);
-            row.extend_from_slice(self.shift[a].as_slice());
-            row.extend_from_slice(&self.values[a * self.columns..(a + 1) * self.columns]);
-            known.insert((*z, *y, *x), row);
-        }
+        let mut known = Known::new::<D>(self, layers)?;
         let around = offsets::<D>(1);
-        let mut front: Vec<(i64, i64, i64)> = known.keys().copied().collect();
+        let mut front: Vec<usize> = known.place.clone();
         for _ in 0..layers {
-            let next: BTreeSet<(i64, i64, i64)> = front
+            let mut next: Vec<usize> = front
                 .iter()
-                .flat_map(|n| around.iter().map(move |d| plus(*n, *d, 1)))
-                .filter(|n| !known.contains_key(n))
+                .flat_map(|p| around.iter().map(|d| p.wrapping_add_signed(known.stride(d))))
+                .filter(|p| known.slot[*p] == UNKNOWN)
                 .collect();
-            front = next.into_iter().collect();
-            let values: Vec<Vec<f64>> = front.par_iter().map(|n| continuation(&known, &around, *n)).collect();
-            known.extend(front.iter().copied().zip(values));
+            next.par_sort_unstable();
+            next.dedup();
+            let values: Vec<Vec<f64>> =
+                next.par_iter().map(|p| known.continuation(*p, &around).unwrap_or_default()).collect();
+            for (p, value) in next.iter().zip(values) {
+                known.add(*p, &value);
+            }
+            front = next;
         }
-        let nodes: Vec<Node> = known.keys().map(|(z, y, x)| [*x, *y, *z]).collect();
-        let values: Vec<f64> = known.into_values().flatten().collect();
+        // By z, y, x.
+        let mut order: Vec<u32> = (0..known.place.len() as u32).collect();
+        order.par_sort_unstable_by_key(|k| known.place[*k as usize]);
+        let nodes: Vec<Node> = order.iter().map(|k| known.node(known.place[*k as usize])).collect();
+        let columns = known.columns;
+        let row = |k: &u32| &known.values[*k as usize * columns..(*k as usize + 1) * columns];
+        let values: Vec<f64> = order.iter().flat_map(row).copied().collect();
         NodeValues::from_nodes(self.lattice, &nodes, columns, &values)
     }
 
@@ -121,7 +128,7 @@ impl<const D: usize> Carried<'_, D> {
             let lost = RemeshError::Lost { particle: a, position };
             let ([x, y, z], _) = self.lattice.locate(&position).ok_or(lost)?;
             for d in around.iter().filter(|d| d.0 > -2 && d.1 > -2 && d.2 > -2) {
-                let (z, y, x) = plus((z, y, x), *d, 1);
+                let (z, y, x) = plus((z, y, x), *d);
                 let distance = (self.lattice.position([x, y, z]) - position).norm();
                 found.push(((z, y, x), distance, a));
             }
@@ -141,36 +148,92 @@ impl<const D: usize> Carried<'_, D> {
     }
 }
 
-/// The value at a node from pairs of known nodes in line with it, 2 f(1) - f(2), nearer ones more; where
-/// there is no pair, the mean of the known nodes beside it.
-fn continuation(
-    known: &BTreeMap<(i64, i64, i64), Vec<f64>>,
-    around: &[(i64, i64, i64)],
-    node: (i64, i64, i64),
-) -> Vec<f64> {
-    let mean = |straight: bool| {
-        let (mut sum, mut total) = (Vec::new(), 0.0);
-        for d in around {
-            let Some(one) = known.get(&plus(node, *d, 1)) else { continue };
-            let two = known.get(&plus(node, *d, 2));
-            if straight && two.is_none() {
-                continue;
-            }
-            let weight = 1.0 / (d.0 * d.0 + d.1 * d.1 + d.2 * d.2) as f64;
-            total += weight;
-            sum.resize(one.len(), 0.0);
-            for (c, sum) in sum.iter_mut().enumerate() {
-                *sum += weight * two.filter(|_| straight).map_or(one[c], |two| 2.0 * one[c] - two[c]);
-            }
-        }
-        sum.iter_mut().for_each(|s| *s /= total);
-        (total > 0.0).then_some(sum)
-    };
-    mean(true).or_else(|| mean(false)).unwrap_or_default()
+/// Marks a place where nothing is known.
+const UNKNOWN: u32 = u32::MAX;
+
+/// Nodes where values are known, in a box around them.
+struct Known {
+    low: Node,
+    size: [usize; 3],
+    /// Number of the node at each place of the box, x fastest.
+    slot: Vec<u32>,
+    /// Place of each node.
+    place: Vec<usize>,
+    columns: usize,
+    values: Vec<f64>,
 }
 
-fn plus(n: (i64, i64, i64), d: (i64, i64, i64), times: i64) -> (i64, i64, i64) {
-    (n.0 + times * d.0, n.1 + times * d.1, n.2 + times * d.2)
+impl Known {
+    /// The nodes of the particles, in a box with two places more than `layers` around them.
+    fn new<const D: usize>(carried: &Carried<'_, D>, layers: usize) -> Result<Self, RemeshError> {
+        let margin = |i: usize| if i < D { layers as i64 + 2 } else { 0 };
+        let nodes = carried.nodes;
+        let low = std::array::from_fn(|i| nodes.iter().map(|n| n[i]).min().unwrap_or(0) - margin(i));
+        let high: Node = std::array::from_fn(|i| nodes.iter().map(|n| n[i]).max().unwrap_or(0) + margin(i));
+        let size: [usize; 3] = std::array::from_fn(|i| (high[i] - low[i] + 1) as usize);
+        let places = size.iter().try_fold(1_usize, |p, n| p.checked_mul(*n)).filter(|p| *p <= MOST_PLACES);
+        let widest = (0..3).map(|i| high[i] - low[i]).max().unwrap_or(0);
+        let slot = vec![UNKNOWN; places.ok_or(RemeshError::TooFar(widest))?];
+        let columns = 4 + carried.columns;
+        let mut known = Self { low, size, slot, place: Vec::new(), columns, values: Vec::new() };
+        let mut row = vec![1.0; columns];
+        for (a, n) in nodes.iter().enumerate() {
+            row[1..4].copy_from_slice(carried.shift[a].as_slice());
+            row[4..].copy_from_slice(&carried.values[a * carried.columns..(a + 1) * carried.columns]);
+            let [x, y, z]: [usize; 3] = std::array::from_fn(|i| (n[i] - low[i]) as usize);
+            known.add((z * size[1] + y) * size[0] + x, &row);
+        }
+        Ok(known)
+    }
+
+    fn add(&mut self, place: usize, values: &[f64]) {
+        self.slot[place] = self.place.len() as u32;
+        self.place.push(place);
+        self.values.extend_from_slice(values);
+    }
+
+    fn node(&self, place: usize) -> Node {
+        let [nx, ny, _] = self.size;
+        let n = [place % nx, place / nx % ny, place / nx / ny];
+        std::array::from_fn(|i| n[i] as i64 + self.low[i])
+    }
+
+    fn stride(&self, (z, y, x): &(i64, i64, i64)) -> isize {
+        ((z * self.size[1] as i64 + y) * self.size[0] as i64 + x) as isize
+    }
+
+    fn at(&self, place: usize) -> Option<&[f64]> {
+        let k = self.slot[place];
+        (k != UNKNOWN).then(|| &self.values[k as usize * self.columns..(k as usize + 1) * self.columns])
+    }
+
+    /// The value at a place from pairs of known nodes in line with it, 2 f(1) - f(2), nearer ones more;
+    /// where there is no pair, the mean of the known nodes beside it.
+    fn continuation(&self, place: usize, around: &[(i64, i64, i64)]) -> Option<Vec<f64>> {
+        let mean = |straight: bool| {
+            let (mut sum, mut total) = (vec![0.0; self.columns], 0.0);
+            for d in around {
+                let step = self.stride(d);
+                let Some(one) = self.at(place.wrapping_add_signed(step)) else { continue };
+                let two = self.at(place.wrapping_add_signed(2 * step)).filter(|_| straight);
+                if straight && two.is_none() {
+                    continue;
+                }
+                let weight = 1.0 / (d.0 * d.0 + d.1 * d.1 + d.2 * d.2) as f64;
+                total += weight;
+                for (c, sum) in sum.iter_mut().enumerate() {
+                    *sum += weight * two.map_or(one[c], |two| 2.0 * one[c] - two[c]);
+                }
+            }
+            sum.iter_mut().for_each(|s| *s /= total);
+            (total > 0.0).then_some(sum)
+        };
+        mean(true).or_else(|| mean(false))
+    }
+}
+
+fn plus(n: (i64, i64, i64), d: (i64, i64, i64)) -> (i64, i64, i64) {
+    (n.0 + d.0, n.1 + d.1, n.2 + d.2)
 }
 
 /// Offsets (z, y, x) up to `reach` along each axis that is there, but for (0, 0, 0).

@@ -2,6 +2,7 @@
 
 mod assemble;
 mod lay;
+mod level_set;
 
 use super::Description;
 use super::balance::{momentum, total_mass};
@@ -14,7 +15,7 @@ use crate::dynamics::Dynamics;
 use crate::dynamics::elastic::Elastic;
 use crate::dynamics::paper::Paper;
 use crate::error::{Failure, InvalidInput};
-use crate::mls::PointWeights;
+use crate::mls::{Cloud, PointWeights};
 use crate::observe::{Reading, TaggedProbe};
 use crate::particles::{Column, Field, Particles};
 use crate::sample::{Body, sample};
@@ -25,7 +26,6 @@ use crate::surface::Surface;
 use crate::tensor::{Mat3, Vec3};
 use assemble::Laid;
 use lay::{LayError, Undeformed};
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// A solid body.
@@ -163,7 +163,6 @@ impl Solid {
         let setup = &self.setup;
         let anew = self.undeformed.lay(
             setup,
-            setup.remesh.kernel,
             &self.holds,
             (&self.laid.nodes, particles),
             self.dynamics().integrated(),
@@ -171,8 +170,14 @@ impl Solid {
         )?;
         let (laid, mut elastic, mut new) = (anew.laid, anew.elastic, anew.particles);
         elastic.loads = laid.loads(setup, &elastic)?;
-        let level_set: Vec<f64> =
-            laid.undeformed.par_iter().map(|x| setup.shape.signed_distance(x)).collect();
+        let (shape, restore) = (&*setup.shape, setup.remesh.restore_level_set);
+        let level_set = if restore {
+            let (nodes, undeformed) = &anew.around;
+            let phi = level_set::carried(shape, undeformed);
+            level_set::restored(&self.undeformed.lattice, nodes, &phi, &laid.nodes)
+        } else {
+            level_set::carried(shape, &laid.undeformed)
+        };
         new.set(Field::LevelSet, Column::from_vec(level_set, laid.nodes.len()));
         // The interpolation leaves a little momentum behind, or makes some.
         let missing = (momentum(particles) - momentum(&new)) / total_mass(&new);
@@ -227,7 +232,7 @@ impl Model for Solid {
             return Surface::new(&self.body.surface, weights, snapshot);
         }
         let positions: Vec<Vec3> = (0..snapshot.len()).map(|a| column.vector(a)).collect();
-        let cloud = crate::mls::Cloud::new(&positions, self.body.grid.spacing);
+        let cloud = Cloud::new(&positions, self.body.grid.spacing);
         let weights = PointWeights::new(&cloud, &self.body.surface.vertices);
         Surface::new(&self.body.surface, &weights, snapshot)
     }
@@ -235,7 +240,7 @@ impl Model for Solid {
     fn readings(&mut self, particles: &Particles, time: f64) -> Vec<Reading> {
         let reference = particles.column(Field::Reference).share();
         if !Arc::ptr_eq(&self.probed, &reference) {
-            let cloud = self.laid.cloud(self.body.grid.spacing);
+            let cloud = self.laid.cloud(self.body.grid.spacing).sharp();
             for probe in &mut self.probes {
                 probe.find(particles.len(), |points| PointWeights::new(&cloud, points));
             }

@@ -86,7 +86,7 @@ pub fn material(
 }
 
 /// Whether, when and how particles are laid anew.
-pub fn remesh(tables: &Scenario, mechanics: &Mechanics) -> Remesh {
+pub fn remesh(doc: &Document, tables: &Scenario, mechanics: &Mechanics) -> Result<Remesh, ScenarioError> {
     let solid = matches!(mechanics, Mechanics::Solid);
     let trigger = match tables.remesh.every {
         EveryValue::Steps(0) => RemeshTrigger::Never,
@@ -99,5 +99,13 @@ pub fn remesh(tables: &Scenario, mechanics: &Mechanics) -> Remesh {
         None if solid => RemeshKernel::M4Prime,
         Some(RemeshKernelName::Lambda42) | None => RemeshKernel::Lambda42,
     };
-    Remesh { trigger, kernel }
+    let restore_level_set = tables.remesh.restore_level_set.unwrap_or(false);
+    if restore_level_set && !solid {
+        return Err(doc.error(
+            &KeyPath::from("remesh.restore_level_set"),
+            "belongs to a solid: the surface of a prescribed motion is that of the colour, Eq. (8)",
+            "remove it",
+        ));
+    }
+    Ok(Remesh { trigger, kernel, restore_level_set })
 }

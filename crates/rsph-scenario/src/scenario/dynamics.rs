@@ -74,6 +74,9 @@ pub struct RemeshTable {
     pub every: EveryValue,
     /// Interpolation kernel. Default: "lambda-4-2" for a prescribed motion, "m4-prime" for a solid.
     pub kernel: Option<RemeshKernelName>,
+    /// Whether the level set of a solid becomes the distance from its present surface at each remeshing.
+    /// Default: false, particles keep theirs from the undeformed body.
+    pub restore_level_set: Option<bool>,
 }
 
 /// A kernel of remeshing.

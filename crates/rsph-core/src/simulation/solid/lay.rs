@@ -11,7 +11,6 @@ use crate::boundary::mirror::MirrorPlane;
 use crate::boundary::tag::Holds;
 use crate::dynamics::elastic::Elastic;
 use crate::error::{FailureKind, InvalidInput};
-use crate::kernel::RemeshKernel;
 use crate::particles::{Column, Field, Particles};
 use crate::remesh::{Carried, NodeLattice, NodeValues, RemeshError, fold};
 use crate::sample::{Body, MIN_FRACTION};
@@ -70,6 +69,8 @@ pub(super) struct Anew {
     pub elastic: Elastic,
     /// Reference, mass, volume and what was carried.
     pub particles: Particles,
+    /// The nodes in and around the body, and where they were in the undeformed one.
+    pub around: (Vec<[i64; 3]>, Vec<Vec3>),
     /// Mass of cells that hold too little for a particle, which went to the nearest particle.
     pub folded_mass: f64,
     /// By how much all volumes were multiplied, less 1, so that their sum stays.
@@ -123,7 +124,6 @@ impl Undeformed {
     pub fn lay(
         &self,
         setup: &Setup,
-        kernel: RemeshKernel,
         holds: &Holds,
         (nodes, particles): (&[[i64; 3]], &Particles),
         fields: &[Field],
@@ -141,7 +141,7 @@ impl Undeformed {
         }
         let columns = components.len();
         let carried = Carried { lattice: self.lattice, nodes, shift: &shift, columns, values: &values };
-        let arrived = carried.follow(kernel)?;
+        let arrived = carried.follow(setup.remesh.kernel)?;
 
         // Which nodes hold a particle, and how much of the body.
         let planes: Vec<(MirrorPlane, f64)> =
@@ -222,6 +222,8 @@ impl Undeformed {
         new.set(Field::Mass, Column::from_vec(elastic.mass.clone(), len));
         new.set(Field::Volume, Column::from_vec(laid.volume.clone(), len));
         let folded_mass = folded.moved[0] * dx.powi(3) * setup.material.density();
-        Ok(Anew { laid, elastic, particles: new, folded_mass, rescaling: scale - 1.0 })
+        let undeformed = (0..arrived.nodes.len()).map(|k| place(k).1).collect();
+        let around = (arrived.nodes, undeformed);
+        Ok(Anew { around, laid, elastic, particles: new, folded_mass, rescaling: scale - 1.0 })
     }
 }
