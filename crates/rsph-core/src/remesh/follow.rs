@@ -67,7 +67,7 @@ impl<const D: usize> Carried<'_, D> {
             xi.par_iter_mut().zip(&x).zip(&mut error).zip(values.par_chunks(columns)).for_each(
                 |(((xi, x), error), value)| {
                     // Where the nodes around xi are not all there, their weights do not sum to 1.
-                    let there = (value[0] - 1.0).abs() < 1e-9;
+                    let there = (value[0] - 1.0).abs() < 1e-12;
                     let next = if there { x - Vec3::from_column_slice(&value[1..4]) } else { NOWHERE };
                     *error = (next - *xi).norm() / self.lattice.spacing;
                     *xi = next;

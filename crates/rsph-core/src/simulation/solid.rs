@@ -9,6 +9,7 @@ use super::balance::{momentum, total_mass};
 use super::model::{Model, Moment, Parts};
 use super::remeshing::Relaid;
 use super::time_step::choose_step;
+use crate::boundary::mirror::MirrorPlane;
 use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::tag::{self, Holds};
 use crate::dynamics::Dynamics;
@@ -19,7 +20,7 @@ use crate::mls::{Cloud, PointWeights};
 use crate::observe::{Reading, TaggedProbe};
 use crate::particles::{Column, Field, Particles};
 use crate::sample::{Body, sample};
-use crate::setup::{Formulation, Setup, VectorField};
+use crate::setup::{Formulation, RemeshTrigger, Setup, VectorField};
 use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
 use crate::surface::Surface;
@@ -100,6 +101,7 @@ impl Solid {
         let (n, positions) = (laid.nodes.len(), &laid.undeformed);
 
         let holds = tag::holds(&setup.boundaries, positions, dx, &solver)?;
+        check_walls(setup, &holds)?;
         let mut elastic = laid.elastic(setup, &undeformed.lattice, &holds, 0.0)?;
         elastic.loads = laid.loads(setup, &elastic)?;
         let cloud = laid.cloud(dx);
@@ -278,6 +280,24 @@ fn check_solid(setup: &Setup) -> Result<(), InvalidInput> {
             "colour",
             "a solid has no colour: that is a field of a prescribed motion",
             "for example \"displacement.z\"",
+        ));
+    }
+    Ok(())
+}
+
+/// Walls that a remesh would lose: between the layers of the lattice, which does not move with them.
+fn check_walls(setup: &Setup, holds: &Holds) -> Result<(), InvalidInput> {
+    if setup.remesh.trigger == RemeshTrigger::Never {
+        return Ok(());
+    }
+    let along_normal = |p: &MirrorPlane| p.motion.is_some_and(|m| p.fix[p.axis] && m.moves_along(p.axis));
+    if holds.planes.iter().any(along_normal) {
+        return Err(InvalidInput::new(
+            "remesh.every",
+            "",
+            "a flat face that is moved along its normal can not be remeshed: the wall would leave the layers \
+             of the lattice, and lose its hold",
+            "set `every = 0`; a small-strain solid between moved plates needs no remeshing",
         ));
     }
     Ok(())

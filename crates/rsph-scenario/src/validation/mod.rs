@@ -7,6 +7,7 @@ mod figure;
 mod kelvin_voigt_bar;
 mod literal;
 mod patch;
+mod remeshed;
 mod series;
 mod tensile;
 
@@ -100,6 +101,7 @@ const CASES: &[(&str, Case)] = &[
     ("series", series::run),
     ("tensile", tensile::run),
     ("literal", literal::run),
+    ("remeshed", remeshed::run),
     ("deformation", deformation::run),
 ];
 
