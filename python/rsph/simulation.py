@@ -106,8 +106,8 @@ class Simulation:
         remesh_every: time steps between remeshings, 0 for never, or ``"auto"``: when the strain has
             changed by 0.25 since the last one.
         remesh_kernel: interpolation kernel of remeshing; by default ``"m4-prime"``.
-        restore_level_set: whether the level set becomes the distance from the present surface at each
-            remeshing; by default particles carry that of the undeformed body.
+        restore_level_set: whether the level set becomes the distance from the present surface at
+            each remeshing; by default particles carry that of the undeformed body.
         units: ``"SI"`` or ``"normalised"``; labels only.
 
     Raises:

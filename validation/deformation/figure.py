@@ -30,7 +30,7 @@ def surfaces(program: str, name: str, folder: Path) -> dict[float, np.ndarray]:
         str(folder),
         "--quiet",
     ]
-    subprocess.run(command, check=True)
+    subprocess.run([program, "run", scenario, *edits], check=True)
     found = {}
     with h5py.File(folder / "surface.vtkhdf") as file:
         root = file["VTKHDF"]

@@ -225,7 +225,9 @@ impl Known {
                     *sum += weight * two.map_or(one[c], |two| 2.0 * one[c] - two[c]);
                 }
             }
-            sum.iter_mut().for_each(|s| *s /= total);
+            for s in &mut sum {
+                *s /= total;
+            }
             (total > 0.0).then_some(sum)
         };
         mean(true).or_else(|| mean(false))

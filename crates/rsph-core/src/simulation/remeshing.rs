@@ -18,6 +18,8 @@ pub struct RemeshLog {
     pub largest_mass_jump: f64,
     /// Largest change of momentum in one remeshing.
     pub largest_momentum_jump: f64,
+    /// Largest momentum that one remeshing would have lost or made, had it not been given back.
+    pub largest_momentum_correction: f64,
     /// Sum of all changes of the energy, kinetic and elastic.
     pub energy_change: f64,
     /// Sum of |mass| that landed where no particle is kept and went to the nearest one.
@@ -63,6 +65,8 @@ pub(super) struct Relaid {
     pub folded_mass: f64,
     /// Mass that was lost.
     pub dropped_mass: f64,
+    /// Momentum that would have been lost or made, had it not been given back.
+    pub momentum_correction: f64,
     /// Relative change that volumes got so that their sum stays.
     pub rescaling: f64,
     /// What is stable now, if that may have changed.
@@ -102,6 +106,7 @@ impl Remeshing {
         log.sums[1] = after;
         log.largest_mass_jump = log.largest_mass_jump.max((after.mass / before.mass - 1.0).abs());
         log.largest_momentum_jump = log.largest_momentum_jump.max((after.momentum - before.momentum).norm());
+        log.largest_momentum_correction = log.largest_momentum_correction.max(relaid.momentum_correction);
         log.energy_change += after.energy - before.energy;
         log.folded_mass += relaid.folded_mass;
         log.dropped_mass += relaid.dropped_mass;

@@ -51,7 +51,7 @@ pub(super) struct Solid {
 /// What moves the particles.
 #[derive(Debug)]
 enum Matter {
-    Adjoint(Elastic),
+    Adjoint(Box<Elastic>),
     Paper(Paper),
 }
 
@@ -59,7 +59,7 @@ impl Matter {
     /// The formulation that the set-up asks for, from the adjoint one with its loads.
     fn new(setup: &Setup, elastic: Elastic) -> Self {
         match setup.solver.formulation {
-            Formulation::Adjoint => Self::Adjoint(elastic),
+            Formulation::Adjoint => Self::Adjoint(Box::new(elastic)),
             Formulation::Paper => {
                 let Elastic { material, mass, fixed, loads, lattice, .. } = elastic;
                 let (dx, smoothing) = (lattice.spacing, setup.solver.smoothing);
@@ -182,16 +182,20 @@ impl Solid {
         };
         new.set(Field::LevelSet, Column::from_vec(level_set, laid.nodes.len()));
         // The interpolation leaves a little momentum behind, or makes some.
-        let missing = (momentum(particles) - momentum(&new)) / total_mass(&new);
+        let lost = momentum(particles) - momentum(&new);
+        let missing = lost / total_mass(&new);
         for (values, missing) in
             new.column_mut(Field::Velocity).values_mut().chunks_mut(laid.nodes.len()).zip(missing.iter())
         {
-            values.iter_mut().for_each(|v| *v += missing);
+            for v in values {
+                *v += missing;
+            }
         }
         let relaid = Relaid {
             particles: new,
             folded_mass: anew.folded_mass,
             dropped_mass: 0.0,
+            momentum_correction: lost.norm(),
             rescaling: anew.rescaling,
             limit: Some(step_limit(&mut elastic)),
         };
@@ -202,14 +206,14 @@ impl Solid {
 impl Model for Solid {
     fn dynamics(&self) -> &dyn Dynamics {
         match &self.matter {
-            Matter::Adjoint(elastic) => elastic,
+            Matter::Adjoint(elastic) => &**elastic,
             Matter::Paper(paper) => paper,
         }
     }
 
     fn dynamics_mut(&mut self) -> &mut dyn Dynamics {
         match &mut self.matter {
-            Matter::Adjoint(elastic) => elastic,
+            Matter::Adjoint(elastic) => &mut **elastic,
             Matter::Paper(paper) => paper,
         }
     }

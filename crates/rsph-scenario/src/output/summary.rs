@@ -57,6 +57,8 @@ pub struct Remeshing {
     pub momentum_after: [f64; 3],
     /// Largest change of momentum in one remeshing.
     pub largest_momentum_jump: f64,
+    /// Largest momentum that one remeshing would have lost or made, had it not been given back.
+    pub largest_momentum_correction: f64,
     /// Kinetic and elastic energy before the first and after the last remeshing; zero in a prescribed
     /// motion.
     pub energy_before: f64,
@@ -87,6 +89,7 @@ impl From<&RemeshLog> for Remeshing {
             momentum_before: components(&before.momentum),
             momentum_after: components(&after.momentum),
             largest_momentum_jump: log.largest_momentum_jump,
+            largest_momentum_correction: log.largest_momentum_correction,
             energy_before: before.energy,
             energy_after: after.energy,
             energy_change: log.energy_change,
