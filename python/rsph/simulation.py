@@ -103,6 +103,11 @@ class Simulation:
         hourglass: weight of the hourglass term; by default 0.1.
         dt: time step (s), or ``"auto"`` for 0.9 of the stability limit.
         allow_unstable: accept a ``dt`` above the stability limit.
+        remesh_every: time steps between remeshings, 0 for never, or ``"auto"``: when the strain has
+            changed by 0.25 since the last one.
+        remesh_kernel: interpolation kernel of remeshing; by default ``"m4-prime"``.
+        restore_level_set: whether the level set becomes the distance from the present surface at
+            each remeshing; by default particles carry that of the undeformed body.
         units: ``"SI"`` or ``"normalised"``; labels only.
 
     Raises:
@@ -126,6 +131,9 @@ class Simulation:
         hourglass: float | None = None,
         dt: float | Literal["auto"] = "auto",
         allow_unstable: bool = False,
+        remesh_every: int | Literal["auto"] = 0,
+        remesh_kernel: Literal["m4-prime", "lambda-4-2", "lambda-6-4"] | None = None,
+        restore_level_set: bool = False,
         units: Literal["SI", "normalised"] = "SI",
     ) -> None:
         _check_types(shape, Shape, "shape", "a shape, for example rsph.shapes.Box(size=(1, 1, 1))")
@@ -144,6 +152,11 @@ class Simulation:
             probe=[probe._as_table() for probe in _list(probes, Probe, "probes")],
             solver=without_none(formulation=formulation, smoothing=smoothing, hourglass=hourglass),
             time={"dt": dt, "until": 1.0, "allow_unstable": allow_unstable},
+            remesh=without_none(
+                every=remesh_every,
+                kernel=remesh_kernel,
+                restore_level_set=restore_level_set,
+            ),
         )
         self._start(
             _rsph.Simulation(

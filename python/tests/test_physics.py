@@ -108,3 +108,23 @@ def test_gravity_pressure_and_patch_push_where_they_should():
     load = sim.description.load
     assert load[1] < -0.1
     assert np.abs(load[[0, 2]]).max() < 1e-9 * abs(load[1])
+
+
+@pytest.mark.parametrize("every", [1, 10, "auto"])
+def test_a_remeshed_cube_extends_as_much(every):
+    def run(remesh_every):
+        sim = pulled(remesh_every=remesh_every, dt=0.002)
+        sim.run(until=0.2)
+        return sim
+
+    without, remeshed = run(0), run(every)
+    ours, theirs = remeshed.snapshot(), without.snapshot()
+    assert ours.displacement[:, 2].max() == pytest.approx(theirs.displacement[:, 2].max(), rel=0.01)
+    np.testing.assert_allclose(ours.mass.sum(), theirs.mass.sum(), rtol=1e-13)
+    np.testing.assert_allclose(ours.positions, ours.reference + ours.displacement, atol=1e-15)
+
+
+def test_what_remeshing_can_not_be_is_refused():
+    for wrong in ({"remesh_every": -1}, {"remesh_every": "sometimes"}, {"remesh_kernel": "m4"}):
+        with pytest.raises(rsph.InputError, match="remesh"):
+            cube(**wrong)

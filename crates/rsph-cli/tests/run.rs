@@ -166,6 +166,7 @@ fn every_shipped_scenario_starts() {
         "liver_load_144",
         "deformation",
         "deformation_remeshed",
+        "tensile_liver_remeshed",
     ] {
         let bench = Bench::new();
         let file = scenario(name);
@@ -258,6 +259,25 @@ fn a_remeshed_deformation_reports_what_remeshing_did() {
     assert_eq!(deformation(&without, "deformation", &[]).code, Some(0));
     let summary = std::fs::read_to_string(without.path("results/summary.json")).unwrap();
     assert!(summary.contains("\"remesh\": null"), "{summary}");
+}
+
+#[test]
+fn a_remeshed_solid_reports_what_remeshing_did() {
+    let bench = Bench::new();
+    let file = scenario("tensile_liver_remeshed");
+    let sets = ["--set", "time.until=0.1", "--set", "output.every=0.05", "--output", "results"];
+    let done = bench.rsph(&[&["run", file.to_str().unwrap()], &sets[..]].concat());
+    assert_eq!(done.code, Some(0), "{}", done.err);
+    let summary = std::fs::read_to_string(bench.path("results/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let remesh = &summary["remesh"];
+    assert!(remesh["count"].as_u64() >= Some(9), "{remesh}");
+    assert!(remesh["energy_after"].as_f64() > Some(0.0), "{remesh}");
+    assert!(remesh["largest_mass_jump"].as_f64() < Some(1e-13), "{remesh}");
+    assert!(remesh["largest_momentum_jump"].as_f64() < Some(1e-5), "{remesh}");
+    // The exact history of the bar without lateral contraction is 3.6e-3 at this time.
+    let extension = rows(&bench.path("results/probes.csv")).last().unwrap()[1];
+    assert!((3.0e-3..4.0e-3).contains(&extension), "{extension}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //! V_b W(r - r_b, h) in Eq. (8), and make linear fields exact up to the surface.
 
 use crate::kernel::QuarticSpline;
-use crate::lattice::Lattice;
+use crate::neighbors::CellList;
 use crate::particles::Column;
 use crate::tensor::Vec3;
 use nalgebra::{Matrix4, Vector4};
@@ -13,8 +13,20 @@ use rayon::prelude::*;
 const SMOOTHING: f64 = 1.25;
 /// Particles that the support must hold at least.
 const FEWEST: usize = 8;
+/// What keeps the weight of a particle finite where a point lies on it (in square spacings), for weights
+/// that do not smooth.
+const SHARPNESS: f64 = 1e-3;
 /// A moment matrix with a smaller ratio of eigenvalues asks for a wider support.
 const WORST_CONDITION: f64 = 1e-4;
+
+/// Particles where points find them: on a lattice, or on one that has been deformed a little.
+#[derive(Clone, Debug)]
+pub struct Cloud<'a> {
+    positions: &'a [Vec3],
+    spacing: f64,
+    cells: CellList,
+    sharp: bool,
+}
 
 /// Weights of particles at a list of points (compressed rows).
 #[derive(Clone, Debug, Default)]
@@ -24,11 +36,9 @@ pub struct PointWeights {
 }
 
 impl PointWeights {
-    /// Weights at `points`, for particles at `positions` on `lattice` (whose cell (0,0,0) has its
-    /// lower corner at `origin`). They sum to 1 and reproduce linear fields.
-    pub fn new(lattice: &Lattice, origin: &Vec3, positions: &[Vec3], points: &[Vec3]) -> Self {
-        let rows: Vec<Vec<(u32, f64)>> =
-            points.par_iter().map(|x| weights_at(lattice, origin, positions, x)).collect();
+    /// Weights at `points` of the particles of `cloud`. They sum to 1 and reproduce linear fields.
+    pub fn new(cloud: &Cloud<'_>, points: &[Vec3]) -> Self {
+        let rows: Vec<Vec<(u32, f64)>> = points.par_iter().map(|x| cloud.weights_at(x)).collect();
         let mut starts = vec![0];
         starts.extend(rows.iter().scan(0, |sum, row| {
             *sum += row.len();
@@ -90,72 +100,83 @@ impl PointWeights {
     }
 }
 
-/// Particles within `radius` of `x`, with their distance, nearest first.
-fn around(lattice: &Lattice, origin: &Vec3, positions: &[Vec3], x: &Vec3, radius: f64) -> Vec<(usize, f64)> {
-    let cell = |c: f64, i: usize| (c - origin[i]) / lattice.spacing - 0.5;
-    let low: [isize; 3] = std::array::from_fn(|i| cell(x[i] - radius, i).ceil() as isize);
-    let high: [isize; 3] = std::array::from_fn(|i| cell(x[i] + radius, i).floor() as isize);
-    let mut found = Vec::new();
-    for k in low[2]..=high[2] {
-        for j in low[1]..=high[1] {
-            for i in low[0]..=high[0] {
-                if let Some(a) = lattice.particle([i, j, k]) {
-                    let d = (positions[a] - x).norm();
-                    if d < radius {
-                        found.push((a, d));
-                    }
+impl<'a> Cloud<'a> {
+    /// Particles at `positions`, about `spacing` apart.
+    pub fn new(positions: &'a [Vec3], spacing: f64) -> Self {
+        let cells = CellList::new(positions, 1.25 * SMOOTHING * spacing);
+        Self { positions, spacing, cells, sharp: false }
+    }
+
+    /// The same with weights that pass through the values of the particles instead of smoothing them:
+    /// at a particle they give its own value, to 1 %.
+    #[must_use]
+    pub fn sharp(self) -> Self {
+        Self { sharp: true, ..self }
+    }
+
+    /// Particles within `radius` of `x`, with their distance.
+    fn around(&self, x: &Vec3, radius: f64) -> Vec<(usize, f64)> {
+        let mut found = Vec::with_capacity(128);
+        self.cells.around(x, radius, |a| {
+            let d = (self.positions[a] - x).norm();
+            if d < radius {
+                found.push((a, d));
+            }
+        });
+        found
+    }
+
+    fn weights_at(&self, x: &Vec3) -> Vec<(u32, f64)> {
+        let (dx, positions) = (self.spacing, self.positions);
+        let enough = FEWEST.min(positions.len());
+        let mut radius = 2.5 * SMOOTHING * dx;
+        let mut near = self.around(x, radius);
+        while near.len() < enough {
+            radius *= 1.5;
+            near = self.around(x, radius);
+        }
+        let mut distances: Vec<f64> = near.iter().map(|p| p.1).collect();
+        let (_, farthest_needed, _) = distances.select_nth_unstable_by(enough - 1, f64::total_cmp);
+        let mut h = (SMOOTHING * dx).max(*farthest_needed / 2.2);
+        // A body of very few particles may have no well-posed fit at all: then the widest one stands.
+        for attempt in 0.. {
+            if 2.5 * h > radius {
+                radius = 2.5 * h;
+                near = self.around(x, radius);
+            }
+            let kernel = QuarticSpline::<3>::new(h);
+            let weight = |d: f64| {
+                let near = if self.sharp { (d / dx).powi(2) + SHARPNESS } else { 1.0 };
+                kernel.value(d) / near
+            };
+            let mut moment = Matrix4::zeros();
+            let basis = |a: usize| {
+                let r = (positions[a] - x) / h;
+                Vector4::new(1.0, r.x, r.y, r.z)
+            };
+            for &(a, d) in &near {
+                let p = basis(a);
+                moment += weight(d) * p * p.transpose();
+            }
+            let eigen = moment.symmetric_eigen();
+            let well_posed = eigen.eigenvalues.min() > WORST_CONDITION * eigen.eigenvalues.max();
+            if !well_posed && attempt < 12 {
+                h *= 1.2;
+                continue;
+            }
+            let largest = eigen.eigenvalues.max();
+            let mut coefficient = Vector4::zeros();
+            for (value, v) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+                if *value > 1e-12 * largest {
+                    coefficient += v * (v[0] / value);
                 }
             }
+            return near
+                .iter()
+                .map(|&(a, d)| (a as u32, coefficient.dot(&basis(a)) * weight(d)))
+                .filter(|(_, w)| *w != 0.0)
+                .collect();
         }
+        unreachable!("the loop returns")
     }
-    found.sort_by(|p, q| p.1.total_cmp(&q.1).then(p.0.cmp(&q.0)));
-    found
-}
-
-fn weights_at(lattice: &Lattice, origin: &Vec3, positions: &[Vec3], x: &Vec3) -> Vec<(u32, f64)> {
-    let dx = lattice.spacing;
-    let enough = FEWEST.min(positions.len());
-    let mut radius = 2.5 * SMOOTHING * dx;
-    let mut near = around(lattice, origin, positions, x, radius);
-    while near.len() < enough {
-        radius *= 1.5;
-        near = around(lattice, origin, positions, x, radius);
-    }
-    let mut h = (SMOOTHING * dx).max(near[enough - 1].1 / 2.2);
-    // A body of very few particles may have no well-posed fit at all: then the widest one stands.
-    for attempt in 0.. {
-        if 2.5 * h > radius {
-            radius = 2.5 * h;
-            near = around(lattice, origin, positions, x, radius);
-        }
-        let kernel = QuarticSpline::<3>::new(h);
-        let mut moment = Matrix4::zeros();
-        let basis = |a: usize| {
-            let r = (positions[a] - x) / h;
-            Vector4::new(1.0, r.x, r.y, r.z)
-        };
-        for &(a, d) in &near {
-            let p = basis(a);
-            moment += kernel.value(d) * p * p.transpose();
-        }
-        let eigen = moment.symmetric_eigen();
-        let well_posed = eigen.eigenvalues.min() > WORST_CONDITION * eigen.eigenvalues.max();
-        if !well_posed && attempt < 12 {
-            h *= 1.2;
-            continue;
-        }
-        let largest = eigen.eigenvalues.max();
-        let mut coefficient = Vector4::zeros();
-        for (value, v) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-            if *value > 1e-12 * largest {
-                coefficient += v * (v[0] / value);
-            }
-        }
-        return near
-            .iter()
-            .map(|&(a, d)| (a as u32, coefficient.dot(&basis(a)) * kernel.value(d)))
-            .filter(|(_, w)| *w != 0.0)
-            .collect();
-    }
-    unreachable!("the loop returns")
 }

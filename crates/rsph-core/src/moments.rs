@@ -92,26 +92,33 @@ fn pseudo_inverse(m: &Mat3, smallest: f64) -> (Mat3, Mat3) {
     (inverse, kept)
 }
 
-/// Area vectors A_a = -sum_b V_a V_b (L_a + L_b) grad_a W: outward, about four layers thick with
-/// alternating signs, zero inside and at mirror planes; their sum over a flat face is its area.
-pub fn area_vectors(lattice: &Lattice, moments: &[Moments], mirror: &Mirror) -> Vec<Vec3> {
+/// Area vectors A_a = -sum_b V_a V_b (F_a^T L_a + F_b^T L_b) grad_a W: outward, about four layers thick
+/// with alternating signs, zero inside and at mirror planes; their sum over a flat face is its
+/// undeformed area. `stretch` holds F = d xi / d X where the lattice was laid on a deformed body, and is
+/// empty where it was not.
+pub fn area_vectors(lattice: &Lattice, moments: &[Moments], mirror: &Mirror, stretch: &[Mat3]) -> Vec<Vec3> {
     let stencil = stencil(lattice);
+    let corrections: Vec<Mat3> = moments
+        .iter()
+        .enumerate()
+        .map(|(a, m)| stretch.get(a).map_or(m.correction, |f| f.transpose() * m.correction))
+        .collect();
     (0..lattice.len())
         .into_par_iter()
         .map(|a| {
-            let mut sum = moments[a].correction * moments[a].first;
+            let mut sum = corrections[a] * moments[a].first;
             for (shift, x, w) in &stencil {
                 let b = lattice.particle_at[lattice.cell_of[a].wrapping_add_signed(*shift)];
                 if b != NO_PARTICLE {
-                    let b = &moments[b as usize];
-                    sum += b.volume * *w * (b.correction * x);
+                    let b = b as usize;
+                    sum += moments[b].volume * *w * (corrections[b] * x);
                 }
             }
             for ghost in mirror.ghosts_of(a) {
-                let b = &moments[ghost.partner as usize];
+                let b = ghost.partner as usize;
                 // L of the ghost is that of its partner, reflected.
                 let r = Mat3::from_diagonal(&ghost.reflection);
-                sum += b.volume * ghost.w * (r * b.correction * r * ghost.x);
+                sum += moments[b].volume * ghost.w * (r * corrections[b] * r * ghost.x);
             }
             -moments[a].volume * sum
         })

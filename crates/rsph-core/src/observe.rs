@@ -25,12 +25,14 @@ pub struct TaggedProbe {
     names: Vec<String>,
     quantity: Quantity,
     weights: Vec<(u32, f64)>,
+    /// Points of the undeformed body that it reads, with their weights.
+    points: Vec<(Vec3, f64)>,
 }
 
 impl TaggedProbe {
-    /// Finds the particles that `probe` (number `index` in the list) reads: those in its region,
-    /// weighted by volume; if there are none, the particles around the surface or the point in it, by
-    /// moving least squares.
+    /// Finds what `probe` (number `index` in the list) reads: the particles in its region, weighted by
+    /// volume; if there are none, the particles around the surface or the point in it, by moving least
+    /// squares.
     ///
     /// # Errors
     /// `probe[i].region` when there is nothing in it.
@@ -44,29 +46,40 @@ impl TaggedProbe {
         weights: impl Fn(&[Vec3]) -> PointWeights,
     ) -> Result<Self, InvalidInput> {
         let tolerance = 1e-3 * spacing;
+        let nothing = || Err(no_particle(&format!("probe[{index}].region"), &probe.region, positions));
+        let mut tagged =
+            Self { names: names(probe), quantity: probe.quantity, weights: Vec::new(), points: Vec::new() };
         let inside: Vec<usize> =
             (0..positions.len()).filter(|&a| probe.region.contains(&positions[a], 0.0)).collect();
-        let weights = if let Region::Point(x) = &probe.region {
+        if let Region::Point(x) = &probe.region {
             if shape.signed_distance(x) > spacing {
-                return Err(no_particle(&format!("probe[{index}].region"), &probe.region, positions));
+                return nothing();
             }
-            weights(&[*x]).mean(&[1.0], positions.len())
+            tagged.points = vec![(*x, 1.0)];
         } else if inside.is_empty() {
-            let points: Vec<_> = quadrature(shape.surface(), 0.5 * spacing)
+            tagged.points = quadrature(shape.surface(), 0.5 * spacing)
                 .into_iter()
                 .filter(|p| probe.region.contains_on_surface(&p.x, &p.normal, tolerance))
+                .map(|p| (p.x, p.area))
                 .collect();
-            if points.is_empty() {
-                return Err(no_particle(&format!("probe[{index}].region"), &probe.region, positions));
+            if tagged.points.is_empty() {
+                return nothing();
             }
-            let x: Vec<Vec3> = points.iter().map(|p| p.x).collect();
-            let area: Vec<f64> = points.iter().map(|p| p.area).collect();
-            weights(&x).mean(&area, positions.len())
         } else {
             let total: f64 = inside.iter().map(|&a| volume[a]).sum();
-            inside.into_iter().map(|a| (a as u32, volume[a] / total)).collect()
-        };
-        Ok(Self { names: names(probe), quantity: probe.quantity, weights })
+            tagged.weights = inside.iter().map(|&a| (a as u32, volume[a] / total)).collect();
+            tagged.points = inside.iter().map(|&a| (positions[a], volume[a])).collect();
+            return Ok(tagged);
+        }
+        tagged.find(positions.len(), weights);
+        Ok(tagged)
+    }
+
+    /// Finds the particles that read the same points of the undeformed body after a remesh; `weights`
+    /// gives their weights at a list of points.
+    pub fn find(&mut self, particles: usize, weights: impl Fn(&[Vec3]) -> PointWeights) {
+        let (x, share): (Vec<Vec3>, Vec<f64>) = self.points.iter().copied().unzip();
+        self.weights = weights(&x).mean(&share, particles);
     }
 
     /// A probe that reads the particles which are in its region now, weighted by volume.
@@ -74,7 +87,7 @@ impl TaggedProbe {
         let inside = || (0..positions.len()).filter(|&a| probe.region.contains(&positions[a], 0.0));
         let total: f64 = inside().map(|a| volume[a]).sum();
         let weights = inside().map(|a| (a as u32, volume[a] / total)).collect();
-        Self { names: names(probe), quantity: probe.quantity, weights }
+        Self { names: names(probe), quantity: probe.quantity, weights, points: Vec::new() }
     }
 
     /// Whether the probe reads a column that is part of the state of every dynamics.

@@ -1,17 +1,20 @@
 //! Remeshing: particles are laid anew on a regular lattice, with their conserved quantities
 //! interpolated by a kernel that conserves moments, section 3 of the paper.
 //!
-//! [`scatter`] and [`gather`] know nothing but values; [`Remesher`] applies them to the column table,
-//! so that any dynamics can be remeshed.
+//! [`scatter`] and [`gather`] know nothing but values. [`Remesher`] applies scatter to the column table: for
+//! clouds of particles that fill space. [`Carried`] inverts the map of particles that started on a lattice and
+//! gathers: for bodies with a free surface.
 
 mod columns;
 mod fold;
+mod follow;
 mod gather;
 mod nodes;
 mod scatter;
 
 pub use columns::{NewVolume, RemeshReport, Remeshed, Remesher};
 pub use fold::{Folded, fold};
+pub use follow::{Arrived, Carried};
 pub use gather::gather;
 pub use nodes::{NodeLattice, NodeValues, Row};
 pub use scatter::scatter;

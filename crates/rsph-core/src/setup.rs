@@ -90,6 +90,13 @@ impl Motion {
         }
     }
 
+    /// Whether it has a component along that axis.
+    pub fn moves_along(&self, axis: usize) -> bool {
+        match self {
+            Self::Ramp { displacement: by, .. } | Self::Oscillation { amplitude: by, .. } => by[axis] != 0.0,
+        }
+    }
+
     /// Velocity at time `t`.
     pub fn velocity(&self, t: f64) -> Vec3 {
         match self {

@@ -13,9 +13,9 @@ mod time_step;
 pub use crate::observe::Reading;
 pub use balance::Conservation;
 pub use prescribed::VOLUME_INSIDE;
-pub use remeshing::RemeshLog;
+pub use remeshing::{RemeshLog, Sums};
 
-use crate::dynamics::ForceSums;
+use crate::dynamics::{Energy, ForceSums};
 use crate::error::{Failure, InvalidInput};
 use crate::integrate::RungeKutta4;
 use crate::particles::Particles;
@@ -146,14 +146,22 @@ impl Simulation {
         t: f64,
         keep_going: &mut dyn FnMut(&mut Self) -> bool,
     ) -> Result<(), Failure> {
-        let from = self.time;
-        let steps = ((t - from) / self.description.dt - 1e-6).ceil().max(0.0) as u64;
-        for k in 1..=steps {
-            let next = if k == steps { t } else { from + (t - from) * (k as f64 / steps as f64) };
+        let (mut from, mut done, mut dt) = (self.time, 0, self.description.dt);
+        let count = |from: f64, dt: f64| ((t - from) / dt - 1e-6).ceil().max(0.0) as u64;
+        let mut steps = count(from, dt);
+        while done < steps {
+            done += 1;
+            let next = if done == steps { t } else { from + (t - from) * (done as f64 / steps as f64) };
+            let remeshed = self.remeshing.log.count;
             self.step_by(next - self.time)?;
             self.time = next;
             if !keep_going(self) {
                 return Ok(());
+            }
+            // What is stable may be another step after a remesh.
+            if self.remeshing.log.count > remeshed && self.description.dt.to_bits() != dt.to_bits() {
+                (from, done, dt) = (next, 0, self.description.dt);
+                steps = count(from, dt);
             }
         }
         self.check()
@@ -180,10 +188,20 @@ impl Simulation {
     /// Lays the particles anew.
     fn remesh(&mut self) -> Result<(), Failure> {
         let moment = Moment { time: self.time, step: self.steps };
+        let energy = self.energy();
+        let before = Sums::new(&self.particles, energy);
         match self.model.remesh(&self.particles, moment) {
-            Ok(relaid) => {
-                self.remeshing.done(&relaid.report);
-                self.particles = relaid.particles;
+            Ok(mut relaid) => {
+                let imposed = self.model.dynamics().impose(self.time, &mut relaid.particles);
+                self.balance.impose(&imposed);
+                if let Some(limit) = &relaid.limit {
+                    self.description.dt_limit = limit.dt;
+                    self.description.dt = time_step::step_within(&self.setup, limit);
+                }
+                self.particles = relaid.particles.clone();
+                let energy = self.energy();
+                let after = Sums::new(&self.particles, energy);
+                self.remeshing.done(&relaid, before, after, self.description.dt);
                 let dynamics = self.model.dynamics();
                 self.integrator = RungeKutta4::new(dynamics, &self.particles);
                 self.watch.restart(dynamics, &self.particles, self.time, self.steps);
@@ -196,10 +214,14 @@ impl Simulation {
         }
     }
 
+    fn energy(&mut self) -> Energy {
+        self.model.dynamics_mut().energy(self.time, &self.particles)
+    }
+
     /// Looks whether the state still makes sense; goes back to the last good one if not.
     fn check(&mut self) -> Result<(), Failure> {
         let (time, step) = (self.time, self.steps);
-        let energy = self.model.dynamics_mut().energy(time, &self.particles);
+        let energy = self.energy();
         let (dynamics, work) = (self.model.dynamics(), self.balance.work);
         let result = self.watch.check(dynamics, &self.particles, energy, work, time, step);
         if result.is_err() {
@@ -263,7 +285,7 @@ impl Simulation {
 
     /// The conserved sums of this moment.
     pub fn conservation(&mut self) -> Conservation {
-        let energy = self.model.dynamics_mut().energy(self.time, &self.particles);
+        let energy = self.energy();
         self.balance.conservation(&self.particles, energy)
     }
 }

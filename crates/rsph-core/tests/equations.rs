@@ -9,7 +9,7 @@ use rsph_core::dynamics::Dynamics;
 use rsph_core::dynamics::paper::Paper;
 use rsph_core::kernel::QuarticSpline;
 use rsph_core::material::{KelvinVoigt, Material};
-use rsph_core::mls::PointWeights;
+use rsph_core::mls::{Cloud, PointWeights};
 use rsph_core::particles::{Column, Field, Particles};
 use rsph_core::region::Region;
 use rsph_core::sample::Resolution;
@@ -96,7 +96,7 @@ fn interpolation_is_the_plain_sum_inside_and_exact_at_the_surface() {
     let column = Column::from_vec(values.clone(), values.len());
     let points = [Vec3::new(0.47, 0.52, 0.5), Vec3::new(0.0, 0.3, 1.0), Vec3::repeat(1.0)];
     let lattice = &body.elastic.lattice;
-    let weights = PointWeights::new(lattice, &Vec3::zeros(), &body.positions, &points);
+    let weights = PointWeights::new(&Cloud::new(&body.positions, lattice.spacing), &points);
     for (i, x) in points.iter().enumerate() {
         assert_relative_eq!(weights.value(&column, 0, i), field(x), max_relative = 1e-10);
     }

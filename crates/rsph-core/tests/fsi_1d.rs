@@ -186,7 +186,7 @@ fn setup(spacing: f64, trigger: RemeshTrigger) -> Setup {
             solid_density: 1.0,
             interface: 0.0,
         }),
-        remesh: Remesh { trigger, kernel: RemeshKernel::Lambda42 },
+        remesh: Remesh { trigger, kernel: RemeshKernel::Lambda42, ..Remesh::default() },
         solver: Solver { smoothing: 0.85, ..Solver::default() },
         time_step: TimeStep::Auto,
         allow_unstable: false,

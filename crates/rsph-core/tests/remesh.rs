@@ -6,8 +6,8 @@ use common::Noise;
 use proptest::prelude::*;
 use rsph_core::kernel::RemeshKernel;
 use rsph_core::particles::{Column, Field, Particles};
-use rsph_core::remesh::{NewVolume, NodeLattice, RemeshError, Remeshed, Remesher, gather, scatter};
-use rsph_core::tensor::Vec3;
+use rsph_core::remesh::{Carried, NewVolume, NodeLattice, RemeshError, Remeshed, Remesher, gather, scatter};
+use rsph_core::tensor::{Mat3, Vec3};
 
 const FIELDS: [Field; 4] = [Field::Mass, Field::Volume, Field::Velocity, Field::Strain];
 
@@ -177,4 +177,55 @@ fn a_colour_has_the_volume_of_its_cell() {
     assert_eq!(new.nodes, [[2, -1, 3]]);
     assert!((new.particles.column(Field::Colour).values()[0] - 1.0).abs() < 1e-12);
     assert!((new.particles.column(Field::Volume).values()[0] - 0.343).abs() < 1e-12);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(20))]
+
+    /// A body that was moved and strained uniformly: what it carries is found where it is now, exactly if
+    /// it is linear, and the nodes in it are all there.
+    #[test]
+    fn linear_fields_are_followed_exactly(
+        shift in prop::array::uniform3(-30.0..30.0_f64),
+        strain in prop::array::uniform9(-0.1..0.1_f64),
+        k in 0..3_usize,
+    ) {
+        let lattice = NodeLattice::<3> { origin: Vec3::new(0.1, 0.2, -0.3), spacing: 0.5 };
+        let n = 7;
+        let nodes: Vec<[i64; 3]> = (0..n * n * n).map(|q| [q % n, q / n % n, q / n / n]).collect();
+        let gradient = Mat3::from_row_slice(&strain);
+        let shift: Vec<Vec3> =
+            nodes.iter().map(|q| Vec3::from(shift) + gradient * lattice.position(*q)).collect();
+        let f = |xi: &Vec3| 1.0 + 2.0 * xi.x - xi.y + 0.3 * xi.z;
+        let values: Vec<f64> = nodes.iter().map(|q| f(&lattice.position(*q))).collect();
+        let carried = Carried { lattice, nodes: &nodes, shift: &shift, columns: 1, values: &values };
+        let arrived = carried.follow(RemeshKernel::ALL[k]).unwrap();
+        let back = (Mat3::identity() + gradient).try_inverse().unwrap();
+        let xi = |q: &[i64; 3]| back * (lattice.position(*q) - (shift[0] - gradient * lattice.position(nodes[0])));
+        for (node, value) in arrived.nodes.iter().zip(&arrived.values) {
+            prop_assert!((value - f(&xi(node))).abs() < 1e-9, "{} {}", value, f(&xi(node)));
+        }
+        // Every node that lies in the body was reached.
+        let inside = arrived.nodes.iter().filter(|q| {
+            let c = (xi(q) - lattice.position([0; 3])) / lattice.spacing;
+            c.iter().all(|c| (-0.4..6.4).contains(c))
+        });
+        let volume = 6.8_f64.powi(3) * (Mat3::identity() + gradient).determinant();
+        prop_assert!((inside.count() as f64 / volume - 1.0).abs() < 0.35);
+    }
+}
+
+#[test]
+fn what_has_not_moved_is_followed_without_any_change() {
+    let lattice = NodeLattice::<2> { origin: Vec3::zeros(), spacing: 0.1 };
+    let nodes: Vec<[i64; 3]> = (0..25).map(|q| [q % 5, q / 5, 0]).collect();
+    let mut noise = Noise(3);
+    let values: Vec<f64> = nodes.iter().map(|_| noise.next()).collect();
+    let shift = vec![Vec3::zeros(); nodes.len()];
+    let carried = Carried { lattice, nodes: &nodes, shift: &shift, columns: 1, values: &values };
+    let arrived = carried.follow(RemeshKernel::M4Prime).unwrap();
+    for (node, value) in nodes.iter().zip(&values) {
+        let k = arrived.nodes.iter().position(|n| n == node).unwrap();
+        assert!((arrived.values[k] - value).abs() < 1e-15);
+    }
 }

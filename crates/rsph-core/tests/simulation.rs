@@ -3,7 +3,7 @@
 use rsph_core::boundary::load::{LoadedBody, nodal_loads};
 use rsph_core::error::FailureKind;
 use rsph_core::material::KelvinVoigt;
-use rsph_core::mls::PointWeights;
+use rsph_core::mls::{Cloud, PointWeights};
 use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::{Resolution, sample};
@@ -143,8 +143,8 @@ fn loads_on_a_curved_organ_keep_force_and_moment() {
     let body = sample(&liver, Resolution::Particles(1000), &[]).unwrap();
     let dx = body.grid.spacing;
     let positions: Vec<Vec3> = body.cells.iter().map(|c| body.grid.centre(*c)).collect();
-    let lattice = rsph_core::lattice::Lattice::new(&body.grid, &body.cells, 1.25);
-    let weights = |points: &[Vec3]| PointWeights::new(&lattice, &body.grid.origin, &positions, points);
+    let cloud = Cloud::new(&positions, dx);
+    let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
     let mass = vec![1.0; positions.len()];
     let loaded = LoadedBody {
         shape: &liver,

@@ -32,6 +32,7 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("liver_load_144", include_str!("../../../../scenarios/liver_load_144.toml")),
     ("liver_visible_human", include_str!("../../../../scenarios/liver_visible_human.toml")),
     ("tensile_liver", include_str!("../../../../scenarios/tensile_liver.toml")),
+    ("tensile_liver_remeshed", include_str!("../../../../scenarios/tensile_liver_remeshed.toml")),
     ("tensile_kidney", include_str!("../../../../scenarios/tensile_kidney.toml")),
     ("hanging_column", include_str!("../../../../scenarios/hanging_column.toml")),
     ("deformation", include_str!("../../../../scenarios/deformation.toml")),

@@ -1,5 +1,6 @@
-//! From regions to particles: which face gets mirror ghosts, which particles are held. Done anew after
-//! every remesh, because regions survive it and indices do not.
+//! From regions to particles: which face gets mirror ghosts, which particles are held. Particles are
+//! found anew after every remesh, by where they were in the undeformed body, because regions survive it
+//! and indices do not.
 
 use crate::boundary::fixed::{Fixed, FixedParticle};
 use crate::boundary::mirror::MirrorPlane;
@@ -7,16 +8,57 @@ use crate::error::InvalidInput;
 use crate::grid::Bounds;
 use crate::region::{Region, Side};
 use crate::sample::Alignment;
-use crate::setup::{Boundary, Formulation, Solver};
+use crate::setup::{Boundary, Formulation, Motion, Solver};
 use crate::tensor::Vec3;
 
-/// What the boundaries of a body become.
+/// How the boundaries hold a body: decided on the undeformed body, and the same after every remesh.
 #[derive(Clone, Debug, Default)]
-pub struct Tags {
+pub struct Holds {
     /// Faces held with mirror ghosts.
     pub planes: Vec<MirrorPlane>,
-    /// Particles held.
-    pub fixed: Fixed,
+    regions: Vec<HeldRegion>,
+}
+
+/// A part of the undeformed body that is held.
+#[derive(Clone, Debug)]
+struct HeldRegion {
+    key: String,
+    region: Region,
+    tolerance: f64,
+    fix: [bool; 3],
+    motion: Option<Motion>,
+}
+
+impl Holds {
+    /// The held particles among those that were at `positions` in the undeformed body.
+    ///
+    /// # Errors
+    /// `boundary[i].region` when it holds none.
+    pub fn fixed(&self, positions: &[Vec3]) -> Result<Fixed, InvalidInput> {
+        let mut fixed = Fixed::default();
+        for HeldRegion { key, region, tolerance, fix, motion } in &self.regions {
+            let held = (0..positions.len()).filter(|&a| region.contains(&positions[a], *tolerance));
+            let before = fixed.particles.len();
+            fixed.particles.extend(held.map(|particle| FixedParticle {
+                particle,
+                fix: *fix,
+                motion: *motion,
+            }));
+            if fixed.particles.len() == before {
+                return Err(no_particle(key, region, positions));
+            }
+        }
+        Ok(fixed)
+    }
+
+    /// The mirror planes where they are at time `t`.
+    pub fn planes_at(&self, t: f64) -> Vec<MirrorPlane> {
+        let moved = |p: &MirrorPlane| {
+            let shift = p.motion.filter(|_| p.fix[p.axis]).map_or(0.0, |m| m.displacement(t)[p.axis]);
+            MirrorPlane { at: p.at + shift, ..*p }
+        };
+        self.planes.iter().map(moved).collect()
+    }
 }
 
 /// Distance, in spacings, from the last layer of a thick clamp to the wall that it acts as. It depends
@@ -44,50 +86,41 @@ pub fn alignment(boundaries: &[Boundary], bounds: &Bounds, solver: &Solver) -> V
     found
 }
 
-/// Tags the particles at `positions`.
+/// How `boundaries` hold the body whose particles are at `positions`, undeformed.
 ///
 /// # Errors
 /// `boundary[i].region` when a region neither holds a particle nor touches a face.
-pub fn tag(
+pub fn holds(
     boundaries: &[Boundary],
     positions: &[Vec3],
     spacing: f64,
     solver: &Solver,
-) -> Result<Tags, InvalidInput> {
-    let mut tags = Tags::default();
+) -> Result<Holds, InvalidInput> {
+    let mut holds = Holds::default();
     for (i, boundary) in boundaries.iter().enumerate() {
         let key = format!("boundary[{i}].region");
-        let held = |tolerance: f64| -> Vec<usize> {
-            (0..positions.len()).filter(|&a| boundary.region.contains(&positions[a], tolerance)).collect()
-        };
-        let mut particles = held(0.0);
+        let (fix, motion) = (boundary.fix, boundary.motion);
+        let mut tolerance = 0.0;
         if let Region::Plane { axis, at, .. } = boundary.region {
             let axis = axis as usize;
-            if particles.is_empty() {
+            if positions.iter().any(|x| boundary.region.contains(x, 0.0)) {
+                tolerance = (wall_offset(solver.smoothing) + 0.5 - 1e-6) * spacing;
+            } else {
                 let gap = positions.iter().map(|x| (x[axis] - at).abs()).fold(f64::INFINITY, f64::min);
                 if gap <= spacing {
                     if solver.formulation == Formulation::Adjoint {
-                        let plane = MirrorPlane { axis, at, fix: boundary.fix, motion: boundary.motion };
-                        add_plane(&mut tags.planes, plane, spacing, &key)?;
+                        add_plane(&mut holds.planes, MirrorPlane { axis, at, fix, motion }, spacing, &key)?;
                         continue;
                     }
                     // The paper fixes the particles at the bottom.
-                    particles = held(gap + 0.5 * spacing);
+                    tolerance = gap + 0.5 * spacing;
                 }
-            } else {
-                particles = held((wall_offset(solver.smoothing) + 0.5 - 1e-6) * spacing);
             }
         }
-        if particles.is_empty() {
-            return Err(no_particle(&key, &boundary.region, positions));
-        }
-        tags.fixed.particles.extend(particles.into_iter().map(|particle| FixedParticle {
-            particle,
-            fix: boundary.fix,
-            motion: boundary.motion,
-        }));
+        holds.regions.push(HeldRegion { key, region: boundary.region.clone(), tolerance, fix, motion });
     }
-    Ok(tags)
+    holds.fixed(positions)?;
+    Ok(holds)
 }
 
 /// Adds a mirror plane, or what it holds to the plane that is there already.

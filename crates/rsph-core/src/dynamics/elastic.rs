@@ -13,10 +13,10 @@ use crate::material::Material;
 use crate::moments::{Moments, moments};
 use crate::ops::{self, PAIR_COMPONENTS};
 use crate::particles::{Column, Field, Particles};
-use crate::tensor::{SymTensor, Vec3};
+use crate::tensor::{Mat3, SymTensor, Vec3};
 use rayon::prelude::*;
 use std::sync::Arc;
-use sweeps::vector;
+use sweeps::{undeformed, vector};
 
 /// Particles that one partial sum covers: fixed, so that sums do not depend on the thread count.
 const PARTICLES_A_SUM: usize = 1024;
@@ -28,6 +28,9 @@ pub struct Elastic {
     pub lattice: Lattice,
     /// Moments of all particles.
     pub moments: Vec<Moments>,
+    /// F = d xi / d X of every particle at the last remesh, by which gradients on the lattice become
+    /// gradients in the undeformed body; empty as long as the lattice is that of the undeformed body.
+    pub stretch: Vec<Mat3>,
     /// Mirror ghosts of clamped faces.
     pub mirror: Mirror,
     /// Particles held or moved.
@@ -87,6 +90,7 @@ impl Elastic {
         };
         Self {
             moments,
+            stretch: Vec::new(),
             mass: volume.iter().map(|v| v * material.density()).collect(),
             hourglass: hourglass_weight * material.p_wave_modulus(),
             lattice,
@@ -130,12 +134,21 @@ impl Elastic {
     pub fn strain(&mut self, t: f64, u: &[f64]) -> Vec<f64> {
         self.mirror.offsets(&mut self.work.offset, |m| m.displacement(t));
         self.spread(u, None);
-        self.visit_gradient(|_, g, _| {
+        self.visit_gradient(|g| {
             let mut out = [0.0; PAIR_COMPONENTS];
             out[..6].copy_from_slice(&SymTensor::symmetric_part(g).0);
             out
         });
         self.gather_pair(6)
+    }
+
+    /// Gradient grad u in the undeformed body of every particle.
+    pub fn gradient(&mut self, t: f64, u: &[f64]) -> Vec<Mat3> {
+        self.mirror.offsets(&mut self.work.offset, |m| m.displacement(t));
+        self.spread(u, None);
+        self.visit_gradient(|g| std::array::from_fn(|i| if i < 9 { g[(i / 3, i % 3)] } else { 0.0 }));
+        let (n, values) = (self.len(), self.gather_pair(9));
+        (0..n).map(|a| Mat3::from_fn(|i, j| values[(3 * i + j) * n + a])).collect()
     }
 }
 
@@ -200,7 +213,7 @@ impl Dynamics for Elastic {
         self.mirror.offsets(&mut self.work.offset, |m| m.displacement(t) + m.velocity(t) * relaxation_time);
         self.spread(u.values(), Some((v.values(), relaxation_time)));
         let material = Arc::clone(&self.material);
-        self.visit_gradient(|_, g, _| {
+        self.visit_gradient(|g| {
             let mut out = [0.0; PAIR_COMPONENTS];
             let sigma = material.stress(SymTensor::symmetric_part(g));
             out[..6].copy_from_slice(&sigma.0);
@@ -228,6 +241,7 @@ impl Dynamics for Elastic {
         let Workspace { q, pair, effective, offset, .. } = &mut self.work;
         let (moments, mirror, material, kappa) =
             (&self.moments, &self.mirror, &*self.material, self.hourglass);
+        let stretch = &self.stretch;
         ops::gradient_sums(&self.lattice, q, pair, |a, h, q| {
             let m = &moments[a];
             let u_a = vector(effective, n, a);
@@ -243,7 +257,8 @@ impl Dynamics for Elastic {
             }
             springs += -2.0 * u_a.dot(&(q - u_a * zeroth));
             let residual = springs - (g * m.second * g.transpose()).trace();
-            let strain_energy = material.energy_density(SymTensor::symmetric_part(&g));
+            let strain = SymTensor::symmetric_part(&undeformed(stretch, a, &g));
+            let strain_energy = material.energy_density(strain);
             let mut out = [0.0; PAIR_COMPONENTS];
             out[0] = m.volume * (strain_energy + 0.5 * kappa * residual);
             out

@@ -52,4 +52,7 @@ pub struct Remesh {
     pub trigger: RemeshTrigger,
     /// With which kernel.
     pub kernel: RemeshKernel,
+    /// Whether the level set of a solid becomes the distance from its present surface at each remeshing;
+    /// else it stays what it was on the material.
+    pub restore_level_set: bool,
 }

@@ -1,6 +1,6 @@
 //! The sums that the equations conserve, and what changes them.
 
-use crate::dynamics::{Account, Energy, ForceSums};
+use crate::dynamics::{Account, Energy, ForceSums, Imposed};
 use crate::integrate::StepSums;
 use crate::particles::{Field, Particles};
 use crate::tensor::Vec3;
@@ -74,6 +74,12 @@ impl Balance {
         self.work += step.work;
         self.dissipated += step.dissipated;
         self.largest_momentum = self.largest_momentum.max(self.impulse.norm());
+    }
+
+    /// Adds what was imposed on the body outside of a step.
+    pub fn impose(&mut self, imposed: &Imposed) {
+        self.impulse += imposed.momentum;
+        self.work += imposed.energy;
     }
 
     /// The sums of this moment.

@@ -12,7 +12,6 @@ use crate::error::{Failure, FailureKind};
 use crate::kernel::RemeshKernel;
 use crate::observe::{Reading, TaggedProbe};
 use crate::particles::{Field, Particles};
-use crate::remesh::RemeshReport;
 use crate::setup::Probe;
 use crate::snapshot::Snapshot;
 use crate::surface::Surface;
@@ -82,7 +81,7 @@ impl Model for FluidBesideSolid {
 
     fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<Relaid, Failure> {
         let mut new = particles.clone();
-        let done = self.dynamics.remesh(self.kernel, &mut new).map_err(|error| Failure {
+        self.dynamics.remesh(self.kernel, &mut new).map_err(|error| Failure {
             kind: FailureKind::Scattered,
             time: moment.time,
             step: moment.step,
@@ -91,15 +90,14 @@ impl Model for FluidBesideSolid {
             remedy: "take a smaller `time.dt`, or lay the particles anew more often".into(),
         })?;
         self.strain = 0.0;
-        let mass = |p: &Particles| p.column(Field::Mass).values().iter().sum();
-        let report = RemeshReport {
-            particles: [particles.len(), new.len()],
-            mass: [mass(particles), mass(&new)],
-            momentum: done.momentum.map(|p| Vec3::new(p, 0.0, 0.0)),
+        Ok(Relaid {
+            particles: new,
             folded_mass: 0.0,
             dropped_mass: 0.0,
-        };
-        Ok(Relaid { particles: new, report })
+            momentum_correction: 0.0,
+            rescaling: 0.0,
+            limit: None,
+        })
     }
 
     fn surface(&self, snapshot: &Snapshot) -> Surface {

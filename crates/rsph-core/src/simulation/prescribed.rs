@@ -137,7 +137,15 @@ impl Model for PrescribedBody {
         particles.set(Field::Reference, Column::from_vectors(&new.positions));
         particles.set(Field::Displacement, Column::zeros(3, n));
         self.strain = 0.0;
-        Ok(Relaid { particles, report: new.report })
+        let (folded_mass, dropped_mass) = (new.report.folded_mass, new.report.dropped_mass);
+        Ok(Relaid {
+            particles,
+            folded_mass,
+            dropped_mass,
+            momentum_correction: 0.0,
+            rescaling: 0.0,
+            limit: None,
+        })
     }
 
     /// The surface of Eq. (8) with the velocity of the flow on it.

@@ -1,8 +1,10 @@
 //! Remeshing in a running simulation: when it is due, and what it did.
 
+use super::balance::{momentum, total_mass};
+use crate::dynamics::Energy;
 use crate::particles::Particles;
-use crate::remesh::RemeshReport;
 use crate::setup::{RemeshTrigger, STRAIN};
+use crate::stability::StepLimit;
 use crate::tensor::Vec3;
 
 /// What remeshing has done since the start.
@@ -10,33 +12,48 @@ use crate::tensor::Vec3;
 pub struct RemeshLog {
     /// How often.
     pub count: u64,
-    /// Mass before the first remeshing and after the last one.
-    pub mass: [f64; 2],
-    /// Momentum before the first remeshing and after the last one (zero in a prescribed motion).
-    pub momentum: [Vec3; 2],
+    /// Sums before the first remeshing and after the last one.
+    pub sums: [Sums; 2],
     /// Largest change of mass in one remeshing, relative to the mass.
     pub largest_mass_jump: f64,
     /// Largest change of momentum in one remeshing.
     pub largest_momentum_jump: f64,
-    /// Sum of |mass| that landed on nodes which were not kept and went to their nearest kept ones.
+    /// Largest momentum that one remeshing would have lost or made, had it not been given back.
+    pub largest_momentum_correction: f64,
+    /// Sum of all changes of the energy, kinetic and elastic.
+    pub energy_change: f64,
+    /// Sum of |mass| that landed where no particle is kept and went to the nearest one.
     pub folded_mass: f64,
-    /// Mass that was lost because no kept node was near.
+    /// Mass that was lost because no particle was near.
     pub dropped_mass: f64,
-    /// Particles before the first remeshing and after the last one.
-    pub particles: [usize; 2],
+    /// Largest relative change that volumes got in one remeshing so that their sum stays.
+    pub largest_rescaling: f64,
+    /// The smallest time step after a remeshing; 0 where remeshing does not change it.
+    pub smallest_dt: f64,
 }
 
-impl RemeshLog {
-    fn add(&mut self, r: &RemeshReport) {
-        if self.count == 0 {
-            (self.mass[0], self.momentum[0], self.particles[0]) = (r.mass[0], r.momentum[0], r.particles[0]);
+/// Sums over the particles, on one side of a remeshing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sums {
+    /// Number of particles.
+    pub particles: usize,
+    /// Mass.
+    pub mass: f64,
+    /// Momentum (zero in a prescribed motion).
+    pub momentum: Vec3,
+    /// Kinetic and elastic energy (zero in a prescribed motion).
+    pub energy: f64,
+}
+
+impl Sums {
+    /// Those of `particles` with that energy.
+    pub(super) fn new(particles: &Particles, energy: Energy) -> Self {
+        Self {
+            particles: particles.len(),
+            mass: total_mass(particles),
+            momentum: momentum(particles),
+            energy: energy.kinetic + energy.elastic,
         }
-        self.count += 1;
-        (self.mass[1], self.momentum[1], self.particles[1]) = (r.mass[1], r.momentum[1], r.particles[1]);
-        self.largest_mass_jump = self.largest_mass_jump.max(((r.mass[1] - r.mass[0]) / r.mass[0]).abs());
-        self.largest_momentum_jump = self.largest_momentum_jump.max((r.momentum[1] - r.momentum[0]).norm());
-        self.folded_mass += r.folded_mass;
-        self.dropped_mass += r.dropped_mass;
     }
 }
 
@@ -44,7 +61,16 @@ impl RemeshLog {
 #[derive(Clone, Debug)]
 pub(super) struct Relaid {
     pub particles: Particles,
-    pub report: RemeshReport,
+    /// Sum of |mass| that landed where no particle is kept and went to the nearest one.
+    pub folded_mass: f64,
+    /// Mass that was lost.
+    pub dropped_mass: f64,
+    /// Momentum that would have been lost or made, had it not been given back.
+    pub momentum_correction: f64,
+    /// Relative change that volumes got so that their sum stays.
+    pub rescaling: f64,
+    /// What is stable now, if that may have changed.
+    pub limit: Option<StepLimit>,
 }
 
 /// When a simulation lays its particles anew, and what that has done.
@@ -75,9 +101,22 @@ impl Remeshing {
         }
     }
 
-    /// Notes a remeshing and starts to count anew.
-    pub fn done(&mut self, report: &RemeshReport) {
-        self.log.add(report);
+    /// Notes a remeshing between those sums, and starts to count anew.
+    pub fn done(&mut self, relaid: &Relaid, before: Sums, after: Sums, dt: f64) {
+        let log = &mut self.log;
+        if log.count == 0 {
+            (log.sums[0], log.smallest_dt) = (before, if relaid.limit.is_some() { dt } else { 0.0 });
+        }
+        log.count += 1;
+        log.sums[1] = after;
+        log.largest_mass_jump = log.largest_mass_jump.max((after.mass / before.mass - 1.0).abs());
+        log.largest_momentum_jump = log.largest_momentum_jump.max((after.momentum - before.momentum).norm());
+        log.largest_momentum_correction = log.largest_momentum_correction.max(relaid.momentum_correction);
+        log.energy_change += after.energy - before.energy;
+        log.folded_mass += relaid.folded_mass;
+        log.dropped_mass += relaid.dropped_mass;
+        log.largest_rescaling = log.largest_rescaling.max(relaid.rescaling.abs());
+        log.smallest_dt = log.smallest_dt.min(dt);
         (self.steps, self.elapsed) = (0, 0.0);
     }
 }

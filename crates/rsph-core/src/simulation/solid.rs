@@ -1,19 +1,22 @@
-//! A solid: from a set-up to its dynamics, with boundaries, loads and probes tagged.
+//! A solid: from a set-up to its dynamics, laid anew where it has moved to.
+
+mod assemble;
+mod lay;
+mod level_set;
 
 use super::Description;
+use super::balance::{momentum, total_mass};
 use super::model::{Model, Moment, Parts};
 use super::remeshing::Relaid;
 use super::time_step::choose_step;
-use crate::boundary::load::{LoadedBody, nodal_loads};
-use crate::boundary::mirror::Mirror;
-use crate::boundary::tag;
+use crate::boundary::mirror::MirrorPlane;
+use crate::boundary::nodal_load::NodalLoad;
+use crate::boundary::tag::{self, Holds};
 use crate::dynamics::Dynamics;
 use crate::dynamics::elastic::Elastic;
 use crate::dynamics::paper::Paper;
-use crate::error::{Failure, FailureKind, InvalidInput};
-use crate::lattice::Lattice;
-use crate::mls::PointWeights;
-use crate::moments::area_vectors;
+use crate::error::{Failure, InvalidInput};
+use crate::mls::{Cloud, PointWeights};
 use crate::observe::{Reading, TaggedProbe};
 use crate::particles::{Column, Field, Particles};
 use crate::sample::{Body, sample};
@@ -21,17 +24,60 @@ use crate::setup::{Formulation, RemeshTrigger, Setup, VectorField};
 use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
 use crate::surface::Surface;
-use crate::tensor::Vec3;
+use crate::tensor::{Mat3, Vec3};
+use assemble::Laid;
+use lay::{LayError, Undeformed};
 use std::sync::Arc;
 
 /// A solid body.
 #[derive(Debug)]
 pub(super) struct Solid {
+    setup: Setup,
     body: Body,
-    dynamics: Box<dyn Dynamics>,
+    holds: Holds,
+    undeformed: Undeformed,
+    laid: Laid,
+    matter: Matter,
+    /// Gradient of the displacement (or the strain) at the last remesh.
+    laid_at: Vec<Mat3>,
     probes: Vec<TaggedProbe>,
-    /// Of the particles at the vertices of the undeformed surface.
-    surface_weights: PointWeights,
+    /// The reference positions that the probes' particles were found for.
+    probed: Arc<Vec<f64>>,
+    /// Weights of the particles of the undeformed body at the vertices of its surface, and the reference
+    /// positions of those particles.
+    surface: (PointWeights, Arc<Vec<f64>>),
+}
+
+/// What moves the particles.
+#[derive(Debug)]
+enum Matter {
+    Adjoint(Box<Elastic>),
+    Paper(Paper),
+}
+
+impl Matter {
+    /// The formulation that the set-up asks for, from the adjoint one with its loads.
+    fn new(setup: &Setup, elastic: Elastic) -> Self {
+        match setup.solver.formulation {
+            Formulation::Adjoint => Self::Adjoint(Box::new(elastic)),
+            Formulation::Paper => {
+                let Elastic { material, mass, fixed, loads, lattice, .. } = elastic;
+                let (dx, smoothing) = (lattice.spacing, setup.solver.smoothing);
+                Self::Paper(Paper::new(material, mass, dx, smoothing, fixed, loads))
+            }
+        }
+    }
+
+    /// Gradient of the displacement of every particle; in the paper's formulation its strain.
+    fn gradient(&mut self, particles: &Particles, time: f64) -> Vec<Mat3> {
+        match self {
+            Self::Adjoint(elastic) => elastic.gradient(time, particles.column(Field::Displacement).values()),
+            Self::Paper(_) => {
+                let strain = particles.column(Field::Strain);
+                (0..particles.len()).map(|a| strain.tensor(a).to_matrix()).collect()
+            }
+        }
+    }
 }
 
 impl Solid {
@@ -40,48 +86,36 @@ impl Solid {
     /// # Errors
     /// The first input that can not be simulated.
     pub fn parts(setup: &Setup) -> Result<Parts, InvalidInput> {
-        let solver = setup.solver;
         check_solid(setup)?;
-        let shape = &*setup.shape;
+        let (solver, shape) = (setup.solver, &*setup.shape);
         let alignment = if shape.is_box() {
             Vec::new()
         } else {
             tag::alignment(&setup.boundaries, &shape.bounds(), &solver)
         };
         let body = sample(shape, setup.resolution, &alignment)?;
-        let (dx, origin) = (body.grid.spacing, body.grid.origin);
-        let n = body.cells.len();
-        let positions: Vec<Vec3> = body.cells.iter().map(|c| body.grid.centre(*c)).collect();
-        let volume: Vec<f64> = body.fraction.iter().map(|f| f * dx.powi(3)).collect();
+        let dx = body.grid.spacing;
+        let bounds = shape.bounds();
+        let (undeformed, laid) = Undeformed::new(&body, 0.5 * (bounds.min + bounds.max))
+            .map_err(|e| InvalidInput::new("body.spacing", dx, e.to_string(), "choose a larger spacing"))?;
+        let (n, positions) = (laid.nodes.len(), &laid.undeformed);
 
-        let tags = tag::tag(&setup.boundaries, &positions, dx, &solver)?;
-        let lattice = Lattice::new(&body.grid, &body.cells, solver.smoothing);
-        let mirror = Mirror::new(&lattice, &origin, &positions, tags.planes);
-        let mut elastic =
-            Elastic::new(lattice, &volume, mirror, tags.fixed, Arc::clone(&setup.material), solver.hourglass);
-        let weights = |points: &[Vec3]| PointWeights::new(&elastic.lattice, &origin, &positions, points);
-        let area = area_vectors(&elastic.lattice, &elastic.moments, &elastic.mirror);
-        let loaded = LoadedBody {
-            shape,
-            mass: &elastic.mass,
-            positions: &positions,
-            area_vectors: &area,
-            spacing: dx,
-            smoothing_length: elastic.lattice.smoothing_length,
-            tolerance: 1e-3 * dx,
-        };
-        let loads = nodal_loads(&setup.loads, &loaded, weights)?;
+        let holds = tag::holds(&setup.boundaries, positions, dx, &solver)?;
+        check_walls(setup, &holds)?;
+        let mut elastic = laid.elastic(setup, &undeformed.lattice, &holds, 0.0)?;
+        elastic.loads = laid.loads(setup, &elastic)?;
+        let cloud = laid.cloud(dx);
+        let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
         let probes = setup
             .probes
             .iter()
             .enumerate()
-            .map(|(i, p)| TaggedProbe::new(i, p, shape, &positions, &volume, dx, weights))
+            .map(|(i, p)| TaggedProbe::new(i, p, shape, positions, &laid.volume, dx, weights))
             .collect::<Result<Vec<_>, _>>()?;
         let surface_weights = weights(&body.surface.vertices);
 
         let limit = step_limit(&mut elastic);
         let (dt, notes) = choose_step(setup, &limit)?;
-        let total_volume: f64 = volume.iter().sum();
         let description = Description {
             particles: n,
             spacing: dx,
@@ -90,65 +124,134 @@ impl Solid {
             dt,
             dt_limit: limit.dt,
             limited_by_viscosity: limit.viscous,
-            volume: total_volume,
+            volume: laid.volume.iter().sum(),
             shape_volume: shape.volume(),
-            load: loads.iter().map(crate::boundary::nodal_load::NodalLoad::total).sum(),
+            load: elastic.loads.iter().map(NodalLoad::total).sum(),
             notes,
         };
 
         let mut particles = Particles::new(n);
-        particles.set(Field::Reference, Column::from_vectors(&positions));
-        let at = |f: &VectorField| Column::from_vectors(&f.at_all(&positions));
+        particles.set(Field::Reference, Column::from_vectors(positions));
+        let at = |f: &VectorField| Column::from_vectors(&f.at_all(positions));
         particles.set(Field::Displacement, at(&setup.initial.displacement));
         particles.set(Field::Velocity, at(&setup.initial.velocity));
         particles.set(Field::Mass, Column::from_vec(elastic.mass.clone(), n));
-        particles.set(Field::Volume, Column::from_vec(volume, n));
+        particles.set(Field::Volume, Column::from_vec(laid.volume.clone(), n));
         particles.set(Field::LevelSet, Column::from_vec(body.level_set.clone(), n));
-        elastic.loads = loads;
-        let dynamics: Box<dyn Dynamics> = match solver.formulation {
-            Formulation::Adjoint => Box::new(elastic),
-            Formulation::Paper => {
-                let strain = elastic.strain(0.0, particles.column(Field::Displacement).values());
-                particles.set(Field::Strain, Column::from_vec(strain, n));
-                particles.set(Field::Density, Column::from_vec(vec![setup.material.density(); n], n));
-                let Elastic { material, mass, fixed, loads, .. } = elastic;
-                Box::new(Paper::new(material, mass, dx, solver.smoothing, fixed, loads))
-            }
-        };
-        let model = Box::new(Self { body, dynamics, probes, surface_weights });
+        if solver.formulation == Formulation::Paper {
+            let strain = elastic.strain(0.0, particles.column(Field::Displacement).values());
+            particles.set(Field::Strain, Column::from_vec(strain, n));
+            particles.set(Field::Density, Column::from_vec(vec![setup.material.density(); n], n));
+        }
+        let mut matter = Matter::new(setup, elastic);
+        let reference = particles.column(Field::Reference).share();
+        let model = Box::new(Self {
+            setup: setup.clone(),
+            body,
+            holds,
+            undeformed,
+            laid_at: matter.gradient(&particles, 0.0),
+            laid,
+            matter,
+            probes,
+            probed: Arc::clone(&reference),
+            surface: (surface_weights, reference),
+        });
         Ok(Parts { model, particles, description })
+    }
+
+    /// Particles laid anew with the dynamics of them.
+    fn lay(&self, particles: &Particles, time: f64) -> Result<(Relaid, Laid, Elastic), LayError> {
+        let setup = &self.setup;
+        let anew = self.undeformed.lay(
+            setup,
+            &self.holds,
+            (&self.laid.nodes, particles),
+            self.dynamics().integrated(),
+            time,
+        )?;
+        let (laid, mut elastic, mut new) = (anew.laid, anew.elastic, anew.particles);
+        elastic.loads = laid.loads(setup, &elastic)?;
+        let (shape, restore) = (&*setup.shape, setup.remesh.restore_level_set);
+        let level_set = if restore {
+            let (nodes, undeformed) = &anew.around;
+            let phi = level_set::carried(shape, undeformed);
+            level_set::restored(&self.undeformed.lattice, nodes, &phi, &laid.nodes)
+        } else {
+            level_set::carried(shape, &laid.undeformed)
+        };
+        new.set(Field::LevelSet, Column::from_vec(level_set, laid.nodes.len()));
+        // The interpolation leaves a little momentum behind, or makes some.
+        let lost = momentum(particles) - momentum(&new);
+        let missing = lost / total_mass(&new);
+        for (values, missing) in
+            new.column_mut(Field::Velocity).values_mut().chunks_mut(laid.nodes.len()).zip(missing.iter())
+        {
+            for v in values {
+                *v += missing;
+            }
+        }
+        let relaid = Relaid {
+            particles: new,
+            folded_mass: anew.folded_mass,
+            dropped_mass: 0.0,
+            momentum_correction: lost.norm(),
+            rescaling: anew.rescaling,
+            limit: Some(step_limit(&mut elastic)),
+        };
+        Ok((relaid, laid, elastic))
     }
 }
 
 impl Model for Solid {
     fn dynamics(&self) -> &dyn Dynamics {
-        &*self.dynamics
+        match &self.matter {
+            Matter::Adjoint(elastic) => &**elastic,
+            Matter::Paper(paper) => paper,
+        }
     }
 
     fn dynamics_mut(&mut self) -> &mut dyn Dynamics {
-        &mut *self.dynamics
+        match &mut self.matter {
+            Matter::Adjoint(elastic) => &mut **elastic,
+            Matter::Paper(paper) => paper,
+        }
     }
 
-    fn strain(&mut self, _particles: &Particles, _time: f64, _dt: f64) -> f64 {
-        0.0
+    fn strain(&mut self, particles: &Particles, time: f64, _dt: f64) -> f64 {
+        let now = self.matter.gradient(particles, time);
+        now.iter().zip(&self.laid_at).map(|(now, then)| (now - then).norm()).fold(0.0, f64::max)
     }
 
-    fn remesh(&mut self, _particles: &Particles, moment: Moment) -> Result<Relaid, Failure> {
-        Err(Failure {
-            kind: FailureKind::Scattered,
-            time: moment.time,
-            step: moment.step,
-            what: "a solid is not laid anew".into(),
-            place: None,
-            remedy: "set `remesh.every = 0`".into(),
-        })
+    fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<Relaid, Failure> {
+        let (relaid, laid, elastic) = self.lay(particles, moment.time).map_err(|e| failure(&e, moment))?;
+        self.matter = Matter::new(&self.setup, elastic);
+        self.laid = laid;
+        self.laid_at = self.matter.gradient(&relaid.particles, moment.time);
+        Ok(relaid)
     }
 
     fn surface(&self, snapshot: &Snapshot) -> Surface {
-        Surface::new(&self.body.surface, &self.surface_weights, snapshot)
+        let (weights, reference) = &self.surface;
+        let column = snapshot.column(Field::Reference);
+        if Arc::ptr_eq(reference, &column.share()) {
+            return Surface::new(&self.body.surface, weights, snapshot);
+        }
+        let positions: Vec<Vec3> = (0..snapshot.len()).map(|a| column.vector(a)).collect();
+        let cloud = Cloud::new(&positions, self.body.grid.spacing);
+        let weights = PointWeights::new(&cloud, &self.body.surface.vertices);
+        Surface::new(&self.body.surface, &weights, snapshot)
     }
 
     fn readings(&mut self, particles: &Particles, time: f64) -> Vec<Reading> {
+        let reference = particles.column(Field::Reference).share();
+        if !Arc::ptr_eq(&self.probed, &reference) {
+            let cloud = self.laid.cloud(self.body.grid.spacing).sharp();
+            for probe in &mut self.probes {
+                probe.find(particles.len(), |points| PointWeights::new(&cloud, points));
+            }
+            self.probed = reference;
+        }
         let mut readings = Vec::new();
         let derived = self.probes.iter().any(|p| !p.reads_state()).then(|| self.derived(particles, time));
         for probe in &self.probes {
@@ -158,22 +261,47 @@ impl Model for Solid {
     }
 }
 
+/// A remeshing that failed, as the end of a simulation.
+fn failure(error: &LayError, moment: Moment) -> Failure {
+    let (kind, place) = error.class();
+    Failure {
+        kind,
+        time: moment.time,
+        step: moment.step,
+        what: format!("the body can not be laid anew: {error}"),
+        place,
+        remedy: "remesh more often (`remesh.every`), and check the loads against the stiffness of the \
+                 material"
+            .into(),
+    }
+}
+
 /// What only a prescribed motion has.
 fn check_solid(setup: &Setup) -> Result<(), InvalidInput> {
-    if setup.remesh.trigger != RemeshTrigger::Never {
-        return Err(InvalidInput::new(
-            "remesh.every",
-            "",
-            "remeshing of a solid is not there yet; only 0 (never) is allowed",
-            "set `every = 0` or remove the table",
-        ));
-    }
     if let Some(i) = setup.probes.iter().position(|p| p.quantity.field == Field::Colour) {
         return Err(InvalidInput::new(
             format!("probe[{i}].quantity"),
             "colour",
             "a solid has no colour: that is a field of a prescribed motion",
             "for example \"displacement.z\"",
+        ));
+    }
+    Ok(())
+}
+
+/// Walls that a remesh would lose: between the layers of the lattice, which does not move with them.
+fn check_walls(setup: &Setup, holds: &Holds) -> Result<(), InvalidInput> {
+    if setup.remesh.trigger == RemeshTrigger::Never {
+        return Ok(());
+    }
+    let along_normal = |p: &MirrorPlane| p.motion.is_some_and(|m| p.fix[p.axis] && m.moves_along(p.axis));
+    if holds.planes.iter().any(along_normal) {
+        return Err(InvalidInput::new(
+            "remesh.every",
+            "",
+            "a flat face that is moved along its normal can not be remeshed: the wall would leave the layers \
+             of the lattice, and lose its hold",
+            "set `every = 0`; a small-strain solid between moved plates needs no remeshing",
         ));
     }
     Ok(())

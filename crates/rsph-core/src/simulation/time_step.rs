@@ -57,3 +57,11 @@ pub(super) fn choose_step(setup: &Setup, limit: &StepLimit) -> Result<(f64, Vec<
         TimeStep::Fixed(dt) => Ok((dt, Vec::new())),
     }
 }
+
+/// The time step after what is stable has become `limit`: a given one as long as it is stable.
+pub(super) fn step_within(setup: &Setup, limit: &StepLimit) -> f64 {
+    match setup.time_step {
+        TimeStep::Fixed(dt) if dt <= limit.dt || setup.allow_unstable => dt,
+        TimeStep::Fixed(_) | TimeStep::Auto => SAFETY * limit.dt,
+    }
+}

@@ -165,18 +165,19 @@ pub fn remesh(doc: &Document, tables: &Scenario, mechanics: &Mechanics) -> Resul
         (EveryValue::Steps(n), None) => RemeshTrigger::Steps(n),
         (EveryValue::Auto, None) => RemeshTrigger::Strain,
     };
-    if solid && trigger != RemeshTrigger::Never {
-        return Err(doc.error(
-            &KeyPath::from("remesh.every"),
-            "remeshing of a solid is not there yet; only 0 (never) is allowed",
-            "set `every = 0` or remove the table",
-        ));
-    }
     let kernel = match tables.remesh.kernel {
         Some(RemeshKernelName::M4Prime) => RemeshKernel::M4Prime,
         Some(RemeshKernelName::Lambda64) => RemeshKernel::Lambda64,
         None if solid => RemeshKernel::M4Prime,
         Some(RemeshKernelName::Lambda42) | None => RemeshKernel::Lambda42,
     };
-    Ok(Remesh { trigger, kernel })
+    let restore_level_set = tables.remesh.restore_level_set.unwrap_or(false);
+    if restore_level_set && !solid {
+        return Err(doc.error(
+            &KeyPath::from("remesh.restore_level_set"),
+            "belongs to a solid: the surface of a prescribed motion is that of the colour, Eq. (8)",
+            "remove it",
+        ));
+    }
+    Ok(Remesh { trigger, kernel, restore_level_set })
 }

@@ -60,26 +60,46 @@ pub struct Remeshing {
     pub momentum_after: [f64; 3],
     /// Largest change of momentum in one remeshing.
     pub largest_momentum_jump: f64,
-    /// Sum of |mass| that went from a node too light to keep to the nearest kept one.
+    /// Largest momentum that one remeshing would have lost or made, had it not been given back.
+    pub largest_momentum_correction: f64,
+    /// Kinetic and elastic energy before the first and after the last remeshing; zero in a prescribed
+    /// motion.
+    pub energy_before: f64,
+    /// See `energy_before`.
+    pub energy_after: f64,
+    /// Sum of the changes of that energy in all remeshings.
+    pub energy_change: f64,
+    /// Sum of |mass| that went from a node that holds too little for a particle to the nearest kept one.
     pub folded_mass: f64,
     /// Mass that had no kept node near and was lost.
     pub dropped_mass: f64,
+    /// Largest relative change that the volumes of a solid got in one remeshing so that their sum stays.
+    pub largest_rescaling: f64,
+    /// Smallest time step after a remeshing of a solid.
+    pub smallest_dt: f64,
 }
 
 impl From<&RemeshLog> for Remeshing {
     fn from(log: &RemeshLog) -> Self {
+        let [before, after] = &log.sums;
         Self {
             count: log.count,
-            particles_before: log.particles[0],
-            particles_after: log.particles[1],
-            mass_before: log.mass[0],
-            mass_after: log.mass[1],
+            particles_before: before.particles,
+            particles_after: after.particles,
+            mass_before: before.mass,
+            mass_after: after.mass,
             largest_mass_jump: log.largest_mass_jump,
-            momentum_before: components(&log.momentum[0]),
-            momentum_after: components(&log.momentum[1]),
+            momentum_before: components(&before.momentum),
+            momentum_after: components(&after.momentum),
             largest_momentum_jump: log.largest_momentum_jump,
+            largest_momentum_correction: log.largest_momentum_correction,
+            energy_before: before.energy,
+            energy_after: after.energy,
+            energy_change: log.energy_change,
             folded_mass: log.folded_mass,
             dropped_mass: log.dropped_mass,
+            largest_rescaling: log.largest_rescaling,
+            smallest_dt: log.smallest_dt,
         }
     }
 }

@@ -122,6 +122,9 @@ pub struct RemeshTable {
     pub interval: Option<f64>,
     /// Interpolation kernel. Default: "m4-prime" for a solid, else "lambda-4-2".
     pub kernel: Option<RemeshKernelName>,
+    /// Whether the level set of a solid becomes the distance from its present surface at each remeshing.
+    /// Default: false, particles keep theirs from the undeformed body.
+    pub restore_level_set: Option<bool>,
 }
 
 /// A kernel of remeshing.

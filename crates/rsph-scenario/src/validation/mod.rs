@@ -8,6 +8,7 @@ mod fsi_1d;
 mod kelvin_voigt_bar;
 mod literal;
 mod patch;
+mod remeshed;
 mod series;
 mod tensile;
 
@@ -101,6 +102,7 @@ const CASES: &[(&str, Case)] = &[
     ("series", series::run),
     ("tensile", tensile::run),
     ("literal", literal::run),
+    ("remeshed", remeshed::run),
     ("deformation", deformation::run),
     ("fsi_1d", fsi_1d::run),
 ];

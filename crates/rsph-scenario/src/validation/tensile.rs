@@ -7,7 +7,7 @@ use std::path::Path;
 
 /// Extension at rest of the clamped cube times E, nu = 0.3: quadratic hexahedra, refined to
 /// +- 3e-5 (validation/tensile/README.md).
-const STATIC_E_U: f64 = 0.97055;
+pub(super) const STATIC_E_U: f64 = 0.97055;
 
 pub(super) fn run(quick: bool, folder: &Path) -> Result<Vec<Row>, String> {
     let until = |t: f64| format!("time.until={t}");

@@ -55,30 +55,32 @@ impl Elastic {
         (h * m.correction, q)
     }
 
-    /// Gradient of the field that was spread, through `visit(a, G_a, Laplacian_a) -> values`, which
-    /// end up in the box field `pair`.
-    pub(super) fn visit_gradient(
-        &mut self,
-        visit: impl Fn(usize, &Mat3, &Vec3) -> [f64; PAIR_COMPONENTS] + Sync,
-    ) {
+    /// Gradient in the undeformed body of the field that was spread, through `visit(gradient) -> values`,
+    /// which end up in the box field `pair`.
+    pub(super) fn visit_gradient(&mut self, visit: impl Fn(&Mat3) -> [f64; PAIR_COMPONENTS] + Sync) {
         let Workspace { q, pair, effective, offset, .. } = &mut self.work;
-        let (moments, mirror) = (&self.moments, &self.mirror);
+        let (moments, mirror, stretch) = (&self.moments, &self.mirror, &self.stretch);
         ops::gradient_sums(&self.lattice, q, pair, |a, h, q| {
-            let (g, laplacian) = Self::complete(moments, mirror, offset, effective, a, h, q);
-            visit(a, &g, &laplacian)
+            let (g, _) = Self::complete(moments, mirror, offset, effective, a, h, q);
+            visit(&undeformed(stretch, a, &g))
         });
     }
 
     /// From the field that was spread to T_a and the part of the force that needs no neighbour's T:
-    /// T_a = V_a (sigma_a L_a - alpha (lambda + 2 mu) G_a).
+    /// T_a = V_a (sigma_a F_a^T L_a - alpha (lambda + 2 mu) G_a), with F = d xi / d X and G on the lattice.
     pub(super) fn stress_sweep(&mut self) {
         let Workspace { q, pair, effective, offset, .. } = &mut self.work;
         let (moments, mirror, material, kappa) =
             (&self.moments, &self.mirror, &*self.material, self.hourglass);
+        let stretch = &self.stretch;
         ops::gradient_sums(&self.lattice, q, pair, |a, h, q| {
             let m = &moments[a];
             let (g, laplacian) = Self::complete(moments, mirror, offset, effective, a, h, q);
-            let sigma = material.stress(SymTensor::symmetric_part(&g)).to_matrix(); // Eq. (5)
+            let strain = SymTensor::symmetric_part(&undeformed(stretch, a, &g));
+            let mut sigma = material.stress(strain).to_matrix(); // Eq. (5)
+            if let Some(f) = stretch.get(a) {
+                sigma *= f.transpose();
+            }
             let t = (sigma * m.correction - g * kappa) * m.volume;
             let own = t * m.first + laplacian * (2.0 * kappa * m.volume);
             let mut out = [0.0; PAIR_COMPONENTS];
@@ -149,6 +151,12 @@ impl Elastic {
         }
         values
     }
+}
+
+/// A gradient on the lattice as one in the undeformed body, G F.
+#[inline(always)]
+pub(super) fn undeformed(stretch: &[Mat3], a: usize, g: &Mat3) -> Mat3 {
+    stretch.get(a).map_or(*g, |f| g * f)
 }
 
 /// Vector `a` of a column of `n`.

@@ -1,0 +1,80 @@
+//! From particles on a lattice to the solid's dynamics: mirror planes, held particles and loads, by where
+//! the particles were in the undeformed body.
+
+use crate::boundary::load::{LoadedBody, nodal_loads};
+use crate::boundary::mirror::Mirror;
+use crate::boundary::nodal_load::NodalLoad;
+use crate::boundary::tag::Holds;
+use crate::dynamics::elastic::Elastic;
+use crate::error::InvalidInput;
+use crate::grid::Grid;
+use crate::lattice::Lattice;
+use crate::mls::{Cloud, PointWeights};
+use crate::moments::area_vectors;
+use crate::remesh::NodeLattice;
+use crate::setup::Setup;
+use crate::tensor::Vec3;
+use std::sync::Arc;
+
+/// Particles laid on a lattice.
+#[derive(Clone, Debug)]
+pub(super) struct Laid {
+    /// Node of each particle, by z, y, x.
+    pub nodes: Vec<[i64; 3]>,
+    /// Where each was in the undeformed body, X.
+    pub undeformed: Vec<Vec3>,
+    /// The volume of the undeformed body that each stands for.
+    pub volume: Vec<f64>,
+}
+
+impl Laid {
+    /// The dynamics of these particles, without loads, with its mirror planes where they are at `time`.
+    ///
+    /// # Errors
+    /// A boundary that holds none of the particles.
+    pub fn elastic(
+        &self,
+        setup: &Setup,
+        nodes: &NodeLattice<3>,
+        holds: &Holds,
+        time: f64,
+    ) -> Result<Elastic, InvalidInput> {
+        let low: [i64; 3] = std::array::from_fn(|i| self.nodes.iter().map(|n| n[i]).min().unwrap_or(0));
+        let high: [i64; 3] = std::array::from_fn(|i| self.nodes.iter().map(|n| n[i]).max().unwrap_or(0));
+        let origin = nodes.origin + Vec3::from_fn(|i, _| low[i] as f64) * nodes.spacing;
+        let size = std::array::from_fn(|i| (high[i] - low[i] + 1) as usize);
+        let cells: Vec<[usize; 3]> =
+            self.nodes.iter().map(|n| std::array::from_fn(|i| (n[i] - low[i]) as usize)).collect();
+        let grid = Grid { origin, spacing: nodes.spacing, cells: size };
+        let lattice = Lattice::new(&grid, &cells, setup.solver.smoothing);
+        let positions: Vec<Vec3> = self.nodes.iter().map(|n| nodes.position(*n)).collect();
+        let mirror = Mirror::new(&lattice, &origin, &positions, holds.planes_at(time));
+        let (fixed, material) = (holds.fixed(&self.undeformed)?, Arc::clone(&setup.material));
+        Ok(Elastic::new(lattice, &self.volume, mirror, fixed, material, setup.solver.hourglass))
+    }
+
+    /// The loads on the particles of `elastic`.
+    ///
+    /// # Errors
+    /// A load that acts on nothing.
+    pub fn loads(&self, setup: &Setup, elastic: &Elastic) -> Result<Vec<NodalLoad>, InvalidInput> {
+        let area = area_vectors(&elastic.lattice, &elastic.moments, &elastic.mirror, &elastic.stretch);
+        let spacing = elastic.lattice.spacing;
+        let cloud = self.cloud(spacing);
+        let loaded = LoadedBody {
+            shape: &*setup.shape,
+            mass: &elastic.mass,
+            positions: &self.undeformed,
+            area_vectors: &area,
+            spacing,
+            smoothing_length: elastic.lattice.smoothing_length,
+            tolerance: 1e-3 * spacing,
+        };
+        nodal_loads(&setup.loads, &loaded, |points| PointWeights::new(&cloud, points))
+    }
+
+    /// The particles in the undeformed body, where points find them.
+    pub fn cloud(&self, spacing: f64) -> Cloud<'_> {
+        Cloud::new(&self.undeformed, spacing)
+    }
+}

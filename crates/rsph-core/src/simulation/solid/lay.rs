@@ -1,0 +1,229 @@
+//! A solid laid anew on its lattice, where it is now.
+//!
+//! What a solid carries are fields on the undeformed body: where a particle was, X, its displacement and
+//! velocity. They are found at the new nodes by inverting the motion since the last remesh
+//! ([`Carried`]); mass and volume follow from the undeformed body itself, of whose cells X says how much
+//! is inside. So nothing that a remesh does adds up from one to the next but the interpolation of the
+//! displacement.
+
+use super::assemble::Laid;
+use crate::boundary::mirror::MirrorPlane;
+use crate::boundary::tag::Holds;
+use crate::dynamics::elastic::Elastic;
+use crate::error::{FailureKind, InvalidInput};
+use crate::particles::{Column, Field, Particles};
+use crate::remesh::{Carried, NodeLattice, NodeValues, RemeshError, fold};
+use crate::sample::{Body, MIN_FRACTION};
+use crate::setup::Setup;
+use crate::tensor::{Mat3, Vec3};
+
+/// How far, in spacings, the share of a cell that is too little for a particle may travel to one.
+const FOLD_REACH: usize = 4;
+/// Largest share of the volume that the cells of the deformed body may lack or have too much.
+const WORST_VOLUME: f64 = 0.1;
+
+/// The undeformed body, as a remesh needs it.
+#[derive(Clone, Debug)]
+pub(super) struct Undeformed {
+    /// The lattice, of all remeshes.
+    pub lattice: NodeLattice<3>,
+    /// Inside fractions of the cells that hold particles.
+    fraction: NodeValues<3>,
+    /// Volume of the particles.
+    volume: f64,
+    centre: Vec3,
+}
+
+/// Why a solid can not be laid anew.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum LayError {
+    #[error(transparent)]
+    Lattice(#[from] RemeshError),
+    #[error("the body has turned inside out between two remeshings")]
+    Inverted(Vec3),
+    #[error("{:.1} % of the body would be lost or doubled: it has torn, or moved too far between two remeshings", 100.0 * .0)]
+    Volume(f64),
+    #[error("after remeshing, {0}")]
+    Untagged(#[from] InvalidInput),
+}
+
+impl LayError {
+    /// Its kind and place as those of a failure.
+    pub fn class(&self) -> (FailureKind, Option<Vec3>) {
+        match self {
+            Self::Lattice(RemeshError::Lost { position, .. }) if !position.iter().all(|c| c.is_finite()) => {
+                (FailureKind::NotFinite, None)
+            }
+            Self::Lattice(RemeshError::Lost { position, .. }) => (FailureKind::Scattered, Some(*position)),
+            Self::Inverted(place) => (FailureKind::Inverted, Some(*place)),
+            Self::Lattice(_) | Self::Volume(_) | Self::Untagged(_) => (FailureKind::Scattered, None),
+        }
+    }
+}
+
+/// A solid laid anew.
+#[derive(Debug)]
+pub(super) struct Anew {
+    pub laid: Laid,
+    /// Dynamics of the adjoint formulation, without loads.
+    pub elastic: Elastic,
+    /// Reference, mass, volume and what was carried.
+    pub particles: Particles,
+    /// The nodes in and around the body, and where they were in the undeformed one.
+    pub around: (Vec<[i64; 3]>, Vec<Vec3>),
+    /// Mass of cells that hold too little for a particle, which went to the nearest particle.
+    pub folded_mass: f64,
+    /// By how much all volumes were multiplied, less 1, so that their sum stays.
+    pub rescaling: f64,
+}
+
+impl Undeformed {
+    /// That of a sampled body, with its nodes.
+    ///
+    /// # Errors
+    /// A lattice that memory does not hold.
+    pub fn new(body: &Body, centre: Vec3) -> Result<(Self, Laid), RemeshError> {
+        let dx = body.grid.spacing;
+        let lattice = NodeLattice { origin: body.grid.origin, spacing: dx };
+        let nodes: Vec<[i64; 3]> = body.cells.iter().map(|c| c.map(|i| i as i64)).collect();
+        let volume: Vec<f64> = body.fraction.iter().map(|f| f * dx.powi(3)).collect();
+        let undeformed = body.cells.iter().map(|c| body.grid.centre(*c)).collect();
+        let fraction = NodeValues::from_nodes(lattice, &nodes, 1, &body.fraction)?;
+        let total = volume.iter().sum();
+        Ok((Self { lattice, fraction, volume: total, centre }, Laid { nodes, undeformed, volume }))
+    }
+
+    /// How much of a cell around `x` lies inside: between the cells of the lattice, their mean by overlap.
+    fn fraction_at(&self, x: &Vec3) -> f64 {
+        let q = (x - self.lattice.origin) / self.lattice.spacing - Vec3::repeat(0.5);
+        let node = q.map(f64::floor);
+        if !node.iter().all(|c| c.abs() < 1e9) {
+            return 0.0;
+        }
+        let (node, part) = (node.map(|c| c as i64), q - node);
+        (0..8)
+            .map(|corner| {
+                let up: [i64; 3] = [corner & 1, corner >> 1 & 1, corner >> 2];
+                let weight: f64 = (0..3).map(|i| if up[i] == 1 { part[i] } else { 1.0 - part[i] }).product();
+                let number = self.fraction.number(std::array::from_fn(|i| node[i] + up[i]));
+                number.map_or(0.0, |n| weight * self.fraction.values[n])
+            })
+            .sum()
+    }
+
+    /// Whether `x` lies behind a wall.
+    fn is_behind(&self, planes: &[(MirrorPlane, f64)], x: &Vec3) -> bool {
+        planes.iter().any(|(p, undeformed)| (x[p.axis] - p.at) * (self.centre[p.axis] - undeformed) < 0.0)
+    }
+
+    /// Lays the particles anew that started at `nodes`; `fields` are what they carry, the displacement
+    /// first and the velocity second.
+    ///
+    /// # Errors
+    /// A body that no lattice holds, that has torn or turned inside out.
+    pub fn lay(
+        &self,
+        setup: &Setup,
+        holds: &Holds,
+        (nodes, particles): (&[[i64; 3]], &Particles),
+        fields: &[Field],
+        time: f64,
+    ) -> Result<Anew, LayError> {
+        let (n, dx) = (particles.len(), self.lattice.spacing);
+        let (x0, u) = (particles.column(Field::Reference), particles.column(Field::Displacement));
+        let shift: Vec<Vec3> =
+            (0..n).map(|a| x0.vector(a) + u.vector(a) - self.lattice.position(nodes[a])).collect();
+        let components: Vec<(Field, usize)> =
+            fields.iter().flat_map(|f| (0..f.spec().components).map(|c| (*f, c))).collect();
+        let mut values = Vec::with_capacity(n * components.len());
+        for a in 0..n {
+            values.extend(components.iter().map(|(f, c)| particles.column(*f).component(*c)[a]));
+        }
+        let columns = components.len();
+        let carried = Carried { lattice: self.lattice, nodes, shift: &shift, columns, values: &values };
+        let arrived = carried.follow(setup.remesh.kernel)?;
+
+        // Which nodes hold a particle, and how much of the body.
+        let planes: Vec<(MirrorPlane, f64)> =
+            holds.planes_at(time).into_iter().zip(holds.planes.iter().map(|p| p.at)).collect();
+        let place = |k: usize| {
+            let x = self.lattice.position(arrived.nodes[k]);
+            (x, x - Vec3::from_column_slice(&arrived.values[k * columns..k * columns + 3]))
+        };
+        let fraction: Vec<f64> = (0..arrived.nodes.len()).map(|k| self.fraction_at(&place(k).1)).collect();
+        let inside: Vec<usize> = (0..fraction.len()).filter(|k| fraction[*k] > 0.0).collect();
+        let pick = |of: &[[i64; 3]]| -> Vec<[i64; 3]> { inside.iter().map(|&k| of[k]).collect() };
+        let shares: Vec<f64> = inside.iter().map(|&k| fraction[k]).collect();
+        let mut shares = NodeValues::from_nodes(self.lattice, &pick(&arrived.nodes), 1, &shares)?;
+        let mut keep = vec![false; shares.len()];
+        let mut kept = Vec::new();
+        for &k in &inside {
+            let enough = fraction[k] >= MIN_FRACTION * (1.0 - 1e-9);
+            if enough
+                && !self.is_behind(&planes, &place(k).0)
+                && let Some(number) = shares.number(arrived.nodes[k])
+            {
+                keep[number] = true;
+                kept.push((k, number));
+            }
+        }
+        let folded = fold(&mut shares, &keep, FOLD_REACH);
+
+        let mut laid = Laid {
+            nodes: kept.iter().map(|(k, _)| arrived.nodes[*k]).collect(),
+            undeformed: kept.iter().map(|(k, _)| place(*k).1).collect(),
+            volume: kept.iter().map(|(_, number)| shares.values[*number] * dx.powi(3)).collect(),
+        };
+        let len = kept.len();
+        if len == 0 {
+            return Err(LayError::Volume(1.0));
+        }
+        let column = |first: usize, components: usize| {
+            let mut data = vec![0.0; components * len];
+            for (a, (k, _)) in kept.iter().enumerate() {
+                for c in 0..components {
+                    data[c * len + a] = arrived.values[k * columns + first + c];
+                }
+            }
+            Column::from_vec(data, len)
+        };
+        let mut new = Particles::new(len);
+        let mut first = 0;
+        for field in fields {
+            new.set(*field, column(first, field.spec().components));
+            first += field.spec().components;
+        }
+        let u = new.column(Field::Displacement).values();
+
+        // A cell of the deformed body holds dx^3 det(dX/dx) of the undeformed one.
+        let gradient = laid.elastic(setup, &self.lattice, holds, time)?.gradient(time, u);
+        for (a, g) in gradient.iter().enumerate() {
+            let share = (Mat3::identity() - g).determinant();
+            if share.is_nan() || share <= 0.0 {
+                return Err(LayError::Inverted(laid.undeformed[a]));
+            }
+            laid.volume[a] *= share;
+        }
+        let scale = self.volume / laid.volume.iter().sum::<f64>();
+        if scale.is_nan() || (scale - 1.0).abs() > WORST_VOLUME {
+            return Err(LayError::Volume((1.0 / scale - 1.0).abs()));
+        }
+        for v in &mut laid.volume {
+            *v *= scale;
+        }
+        let mut elastic = laid.elastic(setup, &self.lattice, holds, time)?;
+        let gradient = elastic.gradient(time, u);
+        elastic.stretch = gradient
+            .iter()
+            .enumerate()
+            .map(|(a, g)| (Mat3::identity() - g).try_inverse().ok_or(LayError::Inverted(laid.undeformed[a])))
+            .collect::<Result<_, _>>()?;
+        new.set(Field::Reference, Column::from_vectors(&laid.undeformed));
+        new.set(Field::Mass, Column::from_vec(elastic.mass.clone(), len));
+        new.set(Field::Volume, Column::from_vec(laid.volume.clone(), len));
+        let folded_mass = folded.moved[0] * dx.powi(3) * setup.material.density();
+        let undeformed = (0..arrived.nodes.len()).map(|k| place(k).1).collect();
+        let around = (arrived.nodes, undeformed);
+        Ok(Anew { around, laid, elastic, particles: new, folded_mass, rescaling: scale - 1.0 })
+    }
+}
