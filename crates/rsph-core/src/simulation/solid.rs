@@ -52,7 +52,7 @@ pub(super) struct Solid {
 #[derive(Debug)]
 enum Matter {
     Adjoint(Box<Elastic>),
-    Paper(Paper),
+    Paper(Box<Paper>),
 }
 
 impl Matter {
@@ -63,7 +63,7 @@ impl Matter {
             Formulation::Paper => {
                 let Elastic { material, mass, fixed, loads, lattice, .. } = elastic;
                 let (dx, smoothing) = (lattice.spacing, setup.solver.smoothing);
-                Self::Paper(Paper::new(material, mass, dx, smoothing, fixed, loads))
+                Self::Paper(Box::new(Paper::new(material, mass, dx, smoothing, fixed, loads)))
             }
         }
     }
@@ -207,14 +207,14 @@ impl Model for Solid {
     fn dynamics(&self) -> &dyn Dynamics {
         match &self.matter {
             Matter::Adjoint(elastic) => &**elastic,
-            Matter::Paper(paper) => paper,
+            Matter::Paper(paper) => &**paper,
         }
     }
 
     fn dynamics_mut(&mut self) -> &mut dyn Dynamics {
         match &mut self.matter {
             Matter::Adjoint(elastic) => &mut **elastic,
-            Matter::Paper(paper) => paper,
+            Matter::Paper(paper) => &mut **paper,
         }
     }
 

@@ -1,7 +1,7 @@
 //! The words of the page: everything that is readable without its script.
 
 use crate::output::info::{Parameter, RunInfo};
-use crate::output::summary::Summary;
+use crate::output::summary::{Remeshing, Summary};
 use crate::output::units::{bracket, label, name, number};
 use crate::sink::{Outcome, Status};
 use std::fmt::Write;
@@ -111,9 +111,28 @@ pub fn parameters(info: &RunInfo, s: &Summary) -> String {
         table(info, "Scenario", &run),
         table(info, "Material", &info.material),
         table(info, "Discretisation", &discretisation),
+        table(info, "Remeshing", &s.remesh.as_ref().map_or_else(Vec::new, remeshing)),
         table(info, "Computation", &machine),
     ]
     .concat()
+}
+
+/// What remeshing did.
+fn remeshing(r: &Remeshing) -> Vec<Parameter> {
+    vec![
+        Parameter::new("remeshings", thousands(r.count), ""),
+        Parameter::new(
+            "particles before and after",
+            format!("{}, {}", thousands(r.particles_before as u64), thousands(r.particles_after as u64)),
+            "",
+        ),
+        Parameter::number("largest relative change of mass in one", r.largest_mass_jump, "1"),
+        Parameter::number("largest change of momentum in one", r.largest_momentum_jump, "kg m/s"),
+        Parameter::number("largest momentum given back in one", r.largest_momentum_correction, "kg m/s"),
+        Parameter::number("change of energy in all", r.energy_change, "J"),
+        Parameter::number("mass that went to a nearest node, sum", r.folded_mass, "kg"),
+        Parameter::number("mass lost", r.dropped_mass, "kg"),
+    ]
 }
 
 fn table(info: &RunInfo, caption: &str, rows: &[Parameter]) -> String {
