@@ -64,7 +64,7 @@ fn the_real_liver_moves_the_same_remeshed() {
     let ((a, top, _), (b, its_top, log)) = (displacement(0), displacement(10));
     let log = log.unwrap();
     assert!(log.count > 50 && log.largest_mass_jump < 1e-12, "{log:?}");
-    let norm = a.iter().map(Vec3::norm_squared).sum::<f64>();
+    let norm = a.iter().map(rsph_core::tensor::Vec3::norm_squared).sum::<f64>();
     let difference = a.iter().zip(&b).map(|(a, b)| (a - b).norm_squared()).sum::<f64>();
     let difference = (difference / norm).sqrt();
     println!("difference of the surface's displacement {difference:.5}, top {top} {its_top}");
