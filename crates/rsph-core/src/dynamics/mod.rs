@@ -1,6 +1,7 @@
 //! What moves the particles: one dynamics a file.
 
 pub mod elastic;
+pub mod large_strain;
 pub mod paper;
 pub mod prescribed;
 
