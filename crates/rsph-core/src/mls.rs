@@ -29,6 +29,11 @@ impl PointWeights {
     pub fn new(lattice: &Lattice, origin: &Vec3, positions: &[Vec3], points: &[Vec3]) -> Self {
         let rows: Vec<Vec<(u32, f64)>> =
             points.par_iter().map(|x| weights_at(lattice, origin, positions, x)).collect();
+        Self::from_rows(&rows)
+    }
+
+    /// Weights from a list of (particle, weight) for each point.
+    pub fn from_rows(rows: &[Vec<(u32, f64)>]) -> Self {
         let mut starts = vec![0];
         starts.extend(rows.iter().scan(0, |sum, row| {
             *sum += row.len();

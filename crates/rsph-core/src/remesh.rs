@@ -7,6 +7,7 @@
 mod columns;
 mod fold;
 mod gather;
+pub mod inversion;
 mod nodes;
 mod scatter;
 

@@ -1,9 +1,11 @@
 //! A solid at large strain: total Lagrangian between remeshings, with the reference position X carried by
 //! the particles. The force is the exact derivative of a discrete energy of the positions.
 
+pub mod body;
 pub mod configuration;
 pub mod equilibrium;
 pub mod ghosts;
+pub mod remeshing;
 pub mod sweeps;
 
 use super::{Dynamics, Energy, ForceSums, Imposed};
@@ -57,6 +59,12 @@ struct Workspace {
     force: Vec<Vec3>,
     energy: Vec<f64>,
     load: Vec<f64>,
+}
+
+/// Positions and velocities of points.
+struct Points {
+    x: Vec<Vec3>,
+    v: Vec<Vec3>,
 }
 
 impl<const D: usize> LargeStrain<D> {
@@ -136,6 +144,15 @@ impl<const D: usize> LargeStrain<D> {
         w.v.iter_mut().take(c.len).enumerate().for_each(|(a, v)| *v = velocity(a));
         c.ghosts.mirror_velocities(&mut w.v);
         c.gradients(&w.v, &mut w.f_rate);
+    }
+
+    /// Positions and velocities of all points, ghosts included, from those of the particles at time `t`, and
+    /// the deformation gradients of that moment.
+    fn all_points(&mut self, t: f64, x: &[Vec3], v: &[Vec3]) -> Points {
+        self.configuration.ghosts.set_time(t);
+        self.take_positions(|a| x[a]);
+        self.take_velocities(|a| v[a]);
+        Points { x: self.work.x.clone(), v: self.work.v.clone() }
     }
 
     /// Internal force of the stresses in `work.piola` and of the field and gradient that were taken; returns

@@ -4,6 +4,7 @@ use super::Description;
 use super::model::{Model, Moment, Parts};
 use super::remeshing::Relaid;
 use super::time_step::choose_step;
+use crate::boundary::flat_face;
 use crate::boundary::load::{LoadedBody, nodal_loads};
 use crate::boundary::mirror::Mirror;
 use crate::boundary::tag;
@@ -67,7 +68,8 @@ impl Solid {
             positions: &positions,
             area_vectors: &area,
             spacing: dx,
-            smoothing_length: elastic.lattice.smoothing_length,
+            face_depth: flat_face::DEPTH * elastic.lattice.smoothing_length,
+            face_tolerance: flat_face::TOLERANCE,
             tolerance: 1e-3 * dx,
         };
         let loads = nodal_loads(&setup.loads, &loaded, weights)?;

@@ -81,6 +81,25 @@ impl<const D: usize> Configuration<D> {
         new
     }
 
+    /// Takes changed reference positions of particles: those of ghosts follow, and F_0.
+    pub fn take_reference(&mut self) {
+        self.reference.truncate(self.len);
+        self.ghosts.extend_reference(&self.nodes, &mut self.reference);
+        self.take_first_gradient();
+    }
+
+    /// Gives particle a another F_0.
+    pub fn set_first_gradient(&mut self, a: usize, f: Mat3) {
+        self.first_gradient[a] = f;
+        self.reference_volume[a] = self.volume[a] / f.determinant();
+    }
+
+    /// Multiplies all volumes, and with them the mass.
+    pub fn scale_volumes(&mut self, factor: f64) {
+        self.volume.iter_mut().chain(&mut self.reference_volume).for_each(|v| *v *= factor);
+        self.correction.iter_mut().for_each(|l| *l /= factor);
+    }
+
     /// Whether there is no particle.
     pub fn is_empty(&self) -> bool {
         self.len == 0
@@ -96,7 +115,7 @@ impl<const D: usize> Configuration<D> {
     }
 
     /// F_0 and m/rho_0 from the reference positions.
-    pub fn take_first_gradient(&mut self) {
+    fn take_first_gradient(&mut self) {
         let one = Mat3::identity();
         self.first_gradient.fill(one);
         let g = (0..self.len).into_par_iter().map(|a| self.gradient(a, &self.reference) + out_of_plane::<D>());
