@@ -3,6 +3,7 @@
 
 mod balance;
 mod checks;
+mod large_strain;
 mod model;
 mod prescribed;
 mod remeshing;
@@ -15,15 +16,16 @@ pub use prescribed::VOLUME_INSIDE;
 pub use remeshing::RemeshLog;
 
 use crate::dynamics::ForceSums;
-use crate::error::{Failure, InvalidInput};
+use crate::error::{Failure, FailureKind, InvalidInput};
 use crate::integrate::RungeKutta4;
-use crate::particles::Particles;
+use crate::particles::{Field, Particles};
 use crate::setup::{Mechanics, RemeshTrigger, Setup};
 use crate::snapshot::Snapshot;
 use crate::surface::Surface;
 use crate::tensor::Vec3;
 use crate::watch::Watch;
 use balance::Balance;
+use large_strain::LargeSolid;
 use model::{Model, Moment, Parts};
 use prescribed::PrescribedBody;
 use remeshing::Remeshing;
@@ -79,7 +81,9 @@ impl Simulation {
     pub fn new(setup: Setup) -> Result<Self, InvalidInput> {
         checks::check_solver(&setup.solver)?;
         let parts = match &setup.mechanics {
-            Mechanics::Solid => Solid::parts(&setup)?,
+            Mechanics::Solid if setup.material.finite_strain().is_none() => Solid::parts(&setup)?,
+            Mechanics::Solid if setup.shape.dimension() == 2 => LargeSolid::<2>::parts(&setup)?,
+            Mechanics::Solid => LargeSolid::<3>::parts(&setup)?,
             Mechanics::Prescribed(prescription) => PrescribedBody::parts(&setup, prescription)?,
         };
         let Parts { mut model, mut particles, description } = parts;
@@ -153,6 +157,9 @@ impl Simulation {
         self.time += dt;
         self.steps += 1;
         self.balance.add(&step, forces);
+        if let Some(particle) = self.model.dynamics().inverted() {
+            return Err(self.inverted(particle));
+        }
         if self.watch.is_due(self.steps) {
             self.check()?;
         }
@@ -189,6 +196,22 @@ impl Simulation {
             self.restore();
         }
         result
+    }
+
+    /// A particle was turned inside out: the failure, and back to the last good state.
+    fn inverted(&mut self, particle: usize) -> Failure {
+        let failure = Failure {
+            kind: FailureKind::Inverted,
+            time: self.time,
+            step: self.steps,
+            what: "a particle was turned inside out (det F <= 0)".into(),
+            place: Some(self.particles.column(Field::Reference).vector(particle)),
+            remedy: "load or move the body more slowly or less far, take a smaller `time.dt`, or a smaller \
+                     spacing"
+                .into(),
+        };
+        self.restore();
+        failure
     }
 
     /// Goes back to the last good state.

@@ -243,16 +243,15 @@ impl<const D: usize> LargeStrain<D> {
             .map(stretch)
             .reduce(|| (1.0, 1.0), |p, q| (p.0.min(q.0), p.1.max(q.1)))
     }
-
-    /// A particle that is turned inside out, det F <= 0, at the last evaluation.
-    pub fn inverted(&self) -> Option<usize> {
-        self.work.f.iter().position(|f| f.determinant() <= 0.0)
-    }
 }
 
 impl<const D: usize> Dynamics for LargeStrain<D> {
     fn integrated(&self) -> &'static [Field] {
         &[Field::Displacement, Field::Velocity]
+    }
+
+    fn inverted(&self) -> Option<usize> {
+        self.work.f.iter().position(|f| f.determinant() <= 0.0)
     }
 
     fn rates(&mut self, t: f64, particles: &Particles, rates: &mut [Column]) -> ForceSums {

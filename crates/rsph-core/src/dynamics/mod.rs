@@ -27,6 +27,11 @@ pub trait Dynamics: std::fmt::Debug + Send + Sync {
         true
     }
 
+    /// A particle that was turned inside out at the last evaluation of the rates, if a particle can be.
+    fn inverted(&self) -> Option<usize> {
+        None
+    }
+
     /// Rates of change of the integrated columns at time `t`, in the order of
     /// [`Dynamics::integrated`].
     fn rates(&mut self, t: f64, particles: &Particles, rates: &mut [Column]) -> ForceSums;

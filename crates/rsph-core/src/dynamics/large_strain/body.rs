@@ -88,6 +88,14 @@ impl<const D: usize> LargeBody<D> {
         let tags = tag::tag(&setup.boundaries, &nodes, spacing, &setup.solver)?;
         let middle = nodes.iter().sum::<Vec3>() / nodes.len() as f64;
         let side = |p: &MirrorPlane| (middle[p.axis] - p.at).signum();
+        if let Some(i) = setup.boundaries.iter().position(|b| leaves_plane::<D>(&b.region)) {
+            return Err(InvalidInput::new(
+                format!("boundary[{i}].region"),
+                "plane across z",
+                "a plane body has no extent in z",
+                "hold it at a plane across x or y",
+            ));
+        }
         let planes: Vec<_> = tags.planes.into_iter().map(|p| (p, side(&p))).collect();
         let cells = Cells { reference: nodes.clone(), nodes, fraction };
         let configuration =
@@ -130,20 +138,44 @@ impl<const D: usize> LargeBody<D> {
         configuration(cells, &self.planes, t, self.solver.smoothing * self.spacing, cell_volume)
     }
 
+    /// Reference positions by which regions find the particles. The node of a cut cell may lie outside of
+    /// the body: it counts as just inside.
+    pub fn tagging_positions(&self) -> Vec<Vec3> {
+        let margin = 1e-3 * self.spacing;
+        let pulled = |x: &Vec3| {
+            let beyond = self.shape.signed_distance(x) + margin;
+            if beyond <= 0.0 {
+                return *x;
+            }
+            let slope = Vec3::from_fn(|i, _| {
+                let e = Vec3::ith(i, margin);
+                self.shape.signed_distance(&(x + e)) - self.shape.signed_distance(&(x - e))
+            });
+            slope.try_normalize(0.0).map_or(*x, |normal| x - normal * beyond)
+        };
+        self.reference().par_iter().map(pulled).collect()
+    }
+
+    /// Signed distances of the particles to the surface of the undeformed body.
+    pub fn level_set(&self) -> Vec<f64> {
+        self.reference().par_iter().map(|x| self.shape.signed_distance(x)).collect()
+    }
+
     /// Finds the particles that thick clamps hold, by their reference positions.
     pub(super) fn tag_fixed(&mut self) -> Result<(), InvalidInput> {
-        let tags = tag::tag(&self.boundaries, self.reference(), self.spacing, &self.solver)?;
+        let tags = tag::tag(&self.boundaries, &self.tagging_positions(), self.spacing, &self.solver)?;
         self.dynamics.fixed = tags.fixed;
         Ok(())
     }
 
     /// Spreads the loads over the particles, by their reference positions.
     pub(super) fn tag_loads(&mut self) -> Result<(), InvalidInput> {
+        let positions = self.tagging_positions();
         let area: Vec<Vec3> = self.dynamics.surface_forces(&Mat3::identity());
         let loaded = LoadedBody {
             shape: &*self.shape,
             mass: &self.dynamics.mass,
-            positions: self.reference(),
+            positions: &positions,
             area_vectors: &area,
             spacing: self.spacing,
             face_depth: FACE_DEPTH * self.dynamics.configuration.smoothing_length,
@@ -227,6 +259,11 @@ impl<const D: usize> LargeBody<D> {
         };
         !self.planes.iter().any(beyond)
     }
+}
+
+/// Whether a region is a plane across z of a plane body.
+fn leaves_plane<const D: usize>(region: &Region) -> bool {
+    matches!(region, Region::Plane { axis, .. } if *axis as usize >= D)
 }
 
 /// Where the lattice must lie: planes inside the body as thick clamps want it, those on its faces half way
