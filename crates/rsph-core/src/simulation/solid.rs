@@ -160,13 +160,30 @@ impl Model for Solid {
     }
 }
 
+/// A plane body, for which there is plane strain at large strain only.
+///
+/// # Errors
+/// `body.shape` when the body is plane.
+pub(super) fn plane_body(setup: &Setup) -> Result<(), InvalidInput> {
+    if setup.shape.dimension() == 3 {
+        return Ok(());
+    }
+    Err(InvalidInput::new(
+        "body.shape",
+        setup.shape.name(),
+        "is a plane body, which needs a material for large strain (plane strain)",
+        "take material.model = \"neo-hookean\", or a body in space such as a box",
+    ))
+}
+
 /// What only a prescribed motion has.
 fn check_solid(setup: &Setup) -> Result<(), InvalidInput> {
+    plane_body(setup)?;
     if setup.remesh.trigger != RemeshTrigger::Never {
         return Err(InvalidInput::new(
             "remesh.every",
             "",
-            "remeshing of a solid is not there yet; only 0 (never) is allowed",
+            "remeshing of a solid for small strain is not there yet; only 0 (never) is allowed",
             "set `every = 0` or remove the table",
         ));
     }

@@ -86,18 +86,23 @@ pub fn material(
 }
 
 /// Whether, when and how particles are laid anew.
-pub fn remesh(doc: &Document, tables: &Scenario, mechanics: &Mechanics) -> Result<Remesh, ScenarioError> {
+pub fn remesh(
+    doc: &Document,
+    tables: &Scenario,
+    mechanics: &Mechanics,
+    large_strain: bool,
+) -> Result<Remesh, ScenarioError> {
     let solid = matches!(mechanics, Mechanics::Solid);
     let trigger = match tables.remesh.every {
         EveryValue::Steps(0) => RemeshTrigger::Never,
         EveryValue::Steps(n) => RemeshTrigger::Steps(n),
         EveryValue::Auto => RemeshTrigger::Strain,
     };
-    if solid && trigger != RemeshTrigger::Never {
+    if solid && !large_strain && trigger != RemeshTrigger::Never {
         return Err(doc.error(
             &KeyPath::from("remesh.every"),
-            "remeshing of a solid is not there yet; only 0 (never) is allowed",
-            "set `every = 0` or remove the table",
+            "remeshing of a solid for small strain is not there yet; only 0 (never) is allowed",
+            "set `every = 0` or remove the table, or take material.model = \"neo-hookean\"",
         ));
     }
     let kernel = match tables.remesh.kernel {
