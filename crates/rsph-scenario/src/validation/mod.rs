@@ -5,6 +5,7 @@ mod column;
 mod deformation;
 mod figure;
 mod kelvin_voigt_bar;
+mod large_strain;
 mod literal;
 mod patch;
 mod series;
@@ -101,6 +102,7 @@ const CASES: &[(&str, Case)] = &[
     ("tensile", tensile::run),
     ("literal", literal::run),
     ("deformation", deformation::run),
+    ("large_strain", large_strain::run),
 ];
 
 /// Names that [`run`] knows.
