@@ -7,7 +7,9 @@ use pyo3::prelude::*;
 use rsph_core::error::InvalidInput;
 use rsph_core::mesh::TriangleMesh;
 use rsph_core::region::Axis;
-use rsph_core::shape::{self as core, BoxShape, CylinderShape, DiscShape, MeshShape, RectangleShape, SphereShape};
+use rsph_core::shape::{
+    self as core, BoxShape, CylinderShape, DiscShape, MeshShape, RectangleShape, SphereShape,
+};
 use rsph_core::tensor::Vec3;
 use rsph_scenario::mesh_io::read_mesh;
 use std::path::PathBuf;

@@ -2,7 +2,9 @@
 
 use crate::mesh_io::read_mesh;
 use crate::scenario::{BodyTable, Document, KeyPath, ScenarioError, ShapeTable};
-use rsph_core::shape::{BoxShape, CylinderShape, DiscShape, MeshShape, RectangleShape, Shape, SphereShape, organ};
+use rsph_core::shape::{
+    BoxShape, CylinderShape, DiscShape, MeshShape, RectangleShape, Shape, SphereShape, organ,
+};
 use rsph_core::tensor::Vec3;
 use std::path::Path;
 use std::sync::Arc;

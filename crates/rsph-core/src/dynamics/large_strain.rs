@@ -17,6 +17,7 @@ use crate::particles::{Column, Field, Particles};
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use configuration::Configuration;
 use rayon::prelude::*;
+use std::cmp::Ordering;
 use std::sync::Arc;
 use sweeps::Stressed;
 
@@ -251,7 +252,8 @@ impl<const D: usize> Dynamics for LargeStrain<D> {
     }
 
     fn inverted(&self) -> Option<usize> {
-        self.work.f.iter().position(|f| f.determinant() <= 0.0)
+        // What is not a number was turned inside out a stage before.
+        self.work.f.iter().position(|f| f.determinant().partial_cmp(&0.0) != Some(Ordering::Greater))
     }
 
     fn rates(&mut self, t: f64, particles: &Particles, rates: &mut [Column]) -> ForceSums {

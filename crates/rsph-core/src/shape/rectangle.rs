@@ -95,7 +95,10 @@ mod tests {
 
     #[test]
     fn bad_sizes_name_their_key() {
-        assert_eq!(RectangleShape::new([1.0, 0.0], [0.0; 2]).unwrap_err().key, "body.shape.rectangle.size[1]");
+        assert_eq!(
+            RectangleShape::new([1.0, 0.0], [0.0; 2]).unwrap_err().key,
+            "body.shape.rectangle.size[1]"
+        );
         let e = RectangleShape::new([1.0; 2], [f64::NAN, 0.0]).unwrap_err();
         assert_eq!(e.key, "body.shape.rectangle.corner[0]");
     }

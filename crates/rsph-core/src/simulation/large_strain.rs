@@ -81,8 +81,7 @@ impl<const D: usize> LargeSolid<D> {
         };
         let velocity = setup.initial.velocity.at_all(&reference);
         let particles = particles_of(&body, &displacement, &velocity);
-        let model =
-            Self { body, surface: sampled.surface, setup: setup.clone(), surface_weights, tagged };
+        let model = Self { body, surface: sampled.surface, setup: setup.clone(), surface_weights, tagged };
         Ok(Parts { model: Box::new(model), particles, description })
     }
 }
@@ -114,9 +113,10 @@ impl<const D: usize> Model for LargeSolid<D> {
             step: moment.step,
             what: format!("the body can not be laid anew: {error}"),
             place: if let LargeRemeshError::Torn(place) = error { Some(*place) } else { None },
-            remedy: "remesh earlier (a smaller `remesh.every`, or \"auto\"), load more slowly, or take a smaller \
+            remedy:
+                "remesh earlier (a smaller `remesh.every`, or \"auto\"), load more slowly, or take a smaller \
                      spacing"
-                .into(),
+                    .into(),
         };
         let new = self.body.remesh(moment.time, &x, &v).map_err(|e| fail(&e))?;
         self.tagged = tag_probes(&self.body, &self.setup).map_err(|e| fail(&e.into()))?;

@@ -100,8 +100,7 @@ impl<const D: usize> LargeBody<D> {
         let cells = Cells { reference: nodes.clone(), nodes, fraction };
         let configuration =
             configuration(&cells, &planes, 0.0, setup.solver.smoothing * spacing, lattice.cell_volume::<D>());
-        let dynamics =
-            LargeStrain::new(configuration, Arc::clone(&setup.material), setup.solver.hourglass)?;
+        let dynamics = LargeStrain::new(configuration, Arc::clone(&setup.material), setup.solver.hourglass)?;
         let mut body = Self {
             dynamics,
             lattice,
@@ -296,7 +295,8 @@ fn configuration<const D: usize>(
 ) -> Configuration<D> {
     let undeformed: Vec<MirrorPlane> = planes.iter().map(|p| p.0).collect();
     let reach = QuarticSpline::<D>::new(smoothing_length).support();
-    let mut kept: Vec<usize> = (0..cells.nodes.len()).filter(|&c| cells.fraction[c] >= MIN_FRACTION).collect();
+    let mut kept: Vec<usize> =
+        (0..cells.nodes.len()).filter(|&c| cells.fraction[c] >= MIN_FRACTION).collect();
     loop {
         let nodes: Vec<Vec3> = kept.iter().map(|&c| cells.nodes[c]).collect();
         let mut volume: Vec<f64> = kept.iter().map(|&c| cells.fraction[c] * cell_volume).collect();

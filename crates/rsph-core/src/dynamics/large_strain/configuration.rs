@@ -118,7 +118,8 @@ impl<const D: usize> Configuration<D> {
     fn take_first_gradient(&mut self) {
         let one = Mat3::identity();
         self.first_gradient.fill(one);
-        let g = (0..self.len).into_par_iter().map(|a| self.gradient(a, &self.reference) + out_of_plane::<D>());
+        let g =
+            (0..self.len).into_par_iter().map(|a| self.gradient(a, &self.reference) + out_of_plane::<D>());
         self.first_gradient = g.map(|g| g.try_inverse().unwrap_or_else(|| Mat3::repeat(f64::NAN))).collect();
         self.reference_volume =
             self.first_gradient.iter().zip(&self.volume).map(|(f, v)| v / f.determinant()).collect();

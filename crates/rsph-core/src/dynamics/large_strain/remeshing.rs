@@ -67,7 +67,9 @@ impl<const D: usize> LargeBody<D> {
                 if l.gradient.determinant() <= SMALLEST_DETERMINANT {
                     return 0.0;
                 }
-                inside_fraction::<D>(&l.reference, &l.gradient, &lattice.spacing, &|x| self.distance_within(x))
+                inside_fraction::<D>(&l.reference, &l.gradient, &lattice.spacing, &|x| {
+                    self.distance_within(x)
+                })
             })
             .collect();
         let cells = Cells {

@@ -52,7 +52,8 @@ impl<const D: usize> Configuration<D> {
                 let residual = x[b] - x[a] - f[a] * (self.reference[b] - self.reference[a]);
                 springs += self.volume[b] * self.weight[q] * residual.norm_squared();
             }
-            *e = self.reference_volume[a] * material.energy(&f[a]) + 0.5 * hourglass * self.volume[a] * springs;
+            *e = self.reference_volume[a] * material.energy(&f[a])
+                + 0.5 * hourglass * self.volume[a] * springs;
         });
     }
 

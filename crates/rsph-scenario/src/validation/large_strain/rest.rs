@@ -41,7 +41,9 @@ fn positions_at_rest<const D: usize>(
             let rest = vec![Vec3::zeros(); x.len()];
             body.remesh(t, &x, &rest).map_err(|e| format!("remesh {k}: {e}"))?;
             x = body.nodes().to_vec();
-            body.dynamics.equilibrate(t, &mut x, TOLERANCE).map_err(|e| format!("remeshed, step {k}: {e}"))?;
+            body.dynamics
+                .equilibrate(t, &mut x, TOLERANCE)
+                .map_err(|e| format!("remeshed, step {k}: {e}"))?;
         }
     }
     Ok(body.positions_of(points, &x, 1.0))
@@ -56,8 +58,7 @@ fn dead_load(axis: Axis, traction: Vec3) -> Load {
 pub(super) fn cube(quick: bool) -> Result<Vec<Row>, String> {
     let mut rows = Vec::new();
     let centre = |i: usize| (i as f64 + 0.5) / TOP as f64;
-    let top: Vec<Vec3> =
-        (0..TOP * TOP).map(|q| Vec3::new(centre(q % TOP), centre(q / TOP), 1.0)).collect();
+    let top: Vec<Vec3> = (0..TOP * TOP).map(|q| Vec3::new(centre(q % TOP), centre(q / TOP), 1.0)).collect();
     for (n, percent) in [(7, 1.0), (13, 0.5)] {
         for remeshings in [0, 1, 3, 6] {
             if quick && n == 13 && remeshings != 1 {
@@ -127,9 +128,8 @@ pub(super) fn block(quick: bool) -> Result<Vec<Row>, String> {
                     setup.loads.push(dead_load(Axis::Y, case.load));
                 }
                 let x = positions_at_rest::<2>(&setup, 10, remeshings, case.plate, &points)?;
-                let of = |squares: f64, (i, u): (usize, &Vec3)| {
-                    squares + (x[i] - points[i] - u).norm_squared()
-                };
+                let of =
+                    |squares: f64, (i, u): (usize, &Vec3)| squares + (x[i] - points[i] - u).norm_squared();
                 let error = displacement.iter().enumerate().fold(0.0, of);
                 let size: f64 = displacement.iter().map(Vec3::norm_squared).sum();
                 let name = format!("large strain: {} {n}^2, {remeshings} remeshings", case.name);
