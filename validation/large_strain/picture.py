@@ -44,8 +44,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as temporary:
         once = run(program, Path(temporary) / "once", "time.until=0.02")
         dt = json.loads((once / "summary.json").read_text())["dt"]
-        # Between the frames at t = 5.8 and t = 6.
-        steps = round(5.9 / dt)
+        # Between the frames at t = 7.8 and t = 8.
+        steps = round(7.9 / dt)
         moments = frames(run(program, Path(temporary) / "block", f"remesh.every={steps}") / "particles.vtkhdf")[-2:]
     figure, axes = plt.subplots(1, 2, figsize=(7.2, 4.4), sharey=True, layout="constrained")
     top = max(m["stress"].max() for m in moments)

@@ -92,7 +92,7 @@ impl CellList {
             let mut best: Option<(usize, f64)> = None;
             self.visit_near(x, radius, |b| {
                 let (b, d) = (b as usize, (positions[b as usize] - x).norm());
-                if d <= radius && best.is_none_or(|(n, e)| d < e || (d == e && b < n)) {
+                if d <= radius && best.is_none_or(|(n, e)| d.total_cmp(&e).then(b.cmp(&n)).is_lt()) {
                     best = Some((b, d));
                 }
             });

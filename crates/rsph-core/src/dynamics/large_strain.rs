@@ -195,10 +195,7 @@ impl<const D: usize> LargeStrain<D> {
     /// [`Self::elastic_force`]: minus the stiffness times `dx`.
     pub fn tangent_force(&mut self, dx: &[Vec3], force: &mut [Vec3]) {
         let n = self.len();
-        let law = match self.material.finite_strain() {
-            Some(law) => law,
-            None => unreachable!("checked when the body was made"),
-        };
+        let Some(law) = self.material.finite_strain() else { unreachable!("checked when the body was made") };
         let (c, w) = (&self.configuration, &mut self.work);
         w.v[..n].copy_from_slice(dx);
         c.ghosts.mirror_changes(&mut w.v);

@@ -103,7 +103,9 @@ impl<const D: usize> LargeBody<D> {
         }
         let raw_moments = Moments::of(&masses, &new.nodes[..new.len], &velocity);
         let drift = (before.momentum - raw_moments.momentum) / mass;
-        velocity.iter_mut().for_each(|v| *v += drift);
+        for v in &mut velocity {
+            *v += drift;
+        }
         if free {
             correct_spin::<D>(&before, &masses, &new.nodes, &mut velocity);
         }
