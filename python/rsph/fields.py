@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from rsph._scenario import Table, Vector, matrix, vector
 
-__all__ = ["Affine", "Field", "Rotation"]
+__all__ = ["Affine", "Field", "Rotation", "Wave"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,8 +53,32 @@ class Rotation:
         return {"rotation": {"rate": rate, "centre": vector("initial.centre", self.centre)}}
 
 
+@dataclass(frozen=True, kw_only=True)
+class Wave:
+    """``constant + amplitude cos(2 pi wave_number . x + phase)``.
+
+    Args:
+        amplitude: largest deviation from the mean, shape (3,).
+        wave_number: waves per length along x, y, z, shape (3,).
+        constant: mean value, shape (3,).
+        phase: phase (rad).
+    """
+
+    amplitude: Vector
+    wave_number: Vector
+    constant: Vector = (0.0, 0.0, 0.0)
+    phase: float = 0.0
+
+    def _as_table(self) -> Table:
+        table: Table = {
+            key: vector(f"initial.wave.{key}", getattr(self, key))
+            for key in ("constant", "amplitude", "wave_number")
+        }
+        return {"wave": table | {"phase": float(self.phase)}}
+
+
 Function: TypeAlias = Callable[[npt.NDArray[np.float64]], npt.NDArray[Any]]
-Field: TypeAlias = Vector | Affine | Rotation | Function
+Field: TypeAlias = Vector | Affine | Rotation | Wave | Function
 """Everything that describes initial values."""
 
 
@@ -62,7 +86,7 @@ def table_of(key: str, field: Field | None) -> Table | None:
     """The table of a field that has words in a scenario file."""
     if field is None or callable(field):
         return None
-    if isinstance(field, Affine | Rotation):
+    if isinstance(field, Affine | Rotation | Wave):
         return field._as_table()
     return {"constant": vector(key, field)}
 

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from rsph.errors import Error
-from rsph.results import Surface
+from rsph.results import Snapshot, Surface
 
-__all__ = ["history", "surface"]
+__all__ = ["history", "profile", "surface"]
 
 
 def history(
@@ -35,6 +35,37 @@ def history(
     for name in probes if probes is not None else [k for k in history if k != "time"]:
         axes.plot(history["time"], history[name], label=name)
     axes.set_xlabel("time")
+    axes.legend()
+    return axes
+
+
+def profile(
+    snapshot: Snapshot,
+    *,
+    field: str = "velocity",
+    axes: Any = None,
+) -> Any:
+    """Draws a field over x for particles on a line: fluid dashed, solid full, as in Fig. 4.
+
+    Args:
+        snapshot: of a fluid beside a solid.
+        field: which; of a vector or tensor its first component is shown.
+        axes: matplotlib axes to draw on; by default new ones.
+
+    Returns:
+        The axes.
+    """
+    if axes is None:
+        axes = _pyplot().figure(layout="constrained").add_subplot()
+    x = snapshot.positions[:, 0]
+    values = snapshot[field]
+    values = values if values.ndim == 1 else values[:, 0]
+    fluid, solid = snapshot["colour"] > 0.0, snapshot["colour"] < 1.0
+    colour = axes.plot(x[fluid], values[fluid], "--", label=f"t = {snapshot.time:g}, fluid")[
+        0
+    ].get_color()
+    axes.plot(x[solid], values[solid], "-", color=colour, label=f"t = {snapshot.time:g}, solid")
+    axes.set(xlabel="x", ylabel=field)
     axes.legend()
     return axes
 

@@ -321,7 +321,7 @@ class Simulation:
 
         Keys: ``mass``, ``momentum`` (3,), ``kinetic_energy``, ``elastic_energy``,
         ``external_work``, ``dissipated``, ``load`` (3,), ``reaction`` (3,), and the relative
-        ``momentum_error`` and ``mass_error``.
+        ``momentum_error`` and ``mass_error``; beside a fluid ``energy_error`` as well.
         """
         return self._core.conservation()
 

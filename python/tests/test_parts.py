@@ -141,6 +141,12 @@ def test_plots(tmp_path):
         axes = rsph.plot.surface(sim.surface(), field=field, exaggerate=20)
     axes.figure.savefig(tmp_path / "surface.png")
     assert (tmp_path / "surface.png").stat().st_size > 10_000
+    line = rsph.Simulation.from_toml(ROOT / "scenarios" / "fsi_1d.toml")
+    line.run(until=0.1)
+    fluid, solid = rsph.plot.profile(line.snapshot()).get_lines()
+    assert fluid.get_xdata()[0] == -0.5
+    assert solid.get_xdata()[-1] == 0.5
+    assert fluid.get_ydata()[-1] == solid.get_ydata()[0]
 
 
 def test_planes_meet_the_faces(sim):

@@ -41,6 +41,8 @@ pub enum FailureKind {
     Inverted,
     /// The particles have flown so far apart that no lattice holds them.
     Scattered,
+    /// Two particles on a line have passed each other.
+    Crossed,
 }
 
 /// A simulation that stopped by itself. The state of the last good step is kept.

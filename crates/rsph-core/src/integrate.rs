@@ -26,6 +26,8 @@ pub struct StepSums {
     pub reaction: Vec3,
     /// Work of loads and moved parts.
     pub work: f64,
+    /// Energy that viscosity took, where the dynamics sums it up by itself.
+    pub dissipated: f64,
 }
 
 impl RungeKutta4 {
@@ -89,6 +91,7 @@ impl RungeKutta4 {
             load: integral.load,
             reaction: integral.reaction + imposed.momentum,
             work: integral.power + imposed.energy,
+            dissipated: integral.dissipation,
         };
         (step, at_start)
     }

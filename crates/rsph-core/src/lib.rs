@@ -9,6 +9,7 @@ pub mod dynamics;
 pub mod error;
 pub mod fit;
 pub mod flow;
+pub mod fluid;
 pub mod grid;
 pub mod integrate;
 pub mod kernel;

@@ -32,8 +32,11 @@ pub enum Field {
     VonMises,
     /// Node of the lattice of the last remesh, where it is not the reference position (large strain).
     Node,
-    /// Colour c: 1 inside a body that moves as told, 0 outside of it, Eqs. (8), (17).
+    /// Colour c: 1 inside a body that moves as told, 0 outside of it, Eqs. (8), (17); 1 in a fluid beside
+    /// a solid, the characteristic function of Eq. (19).
     Colour,
+    /// Pressure p of a fluid that carries sound.
+    Pressure,
 }
 
 /// How a column comes by its values.
@@ -87,6 +90,7 @@ pub const COLUMNS: &[ColumnSpec] = &[
     column(Field::VonMises, "von_mises", 1, Evolution::Derived, Extensive::ByVolume, "Pa"),
     column(Field::Node, "node", 3, Evolution::State, Extensive::ByMass, "m"),
     column(Field::Colour, "colour", 1, Evolution::State, Extensive::ByVolume, "1"),
+    column(Field::Pressure, "pressure", 1, Evolution::State, Extensive::ByVolume, "Pa"),
 ];
 
 const fn column(

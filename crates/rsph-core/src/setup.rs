@@ -1,7 +1,9 @@
 //! Everything a simulation is made from, in the words of a scenario file.
 
+mod interaction;
 mod prescription;
 
+pub use interaction::{Interaction, InteractionSetting};
 pub use prescription::{Mechanics, Prescription, Remesh, RemeshTrigger, STRAIN};
 
 use crate::material::Material;

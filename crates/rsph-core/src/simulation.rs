@@ -3,6 +3,7 @@
 
 mod balance;
 mod checks;
+mod fsi_1d;
 mod large_strain;
 mod model;
 mod prescribed;
@@ -16,20 +17,30 @@ pub use prescribed::VOLUME_INSIDE;
 pub use remeshing::RemeshLog;
 
 use crate::dynamics::ForceSums;
-use crate::error::{Failure, FailureKind, InvalidInput};
+use crate::error::{Failure, InvalidInput};
 use crate::integrate::RungeKutta4;
-use crate::particles::{Field, Particles};
+use crate::particles::Particles;
 use crate::setup::{Mechanics, RemeshTrigger, Setup};
 use crate::snapshot::Snapshot;
 use crate::surface::Surface;
 use crate::tensor::Vec3;
 use crate::watch::Watch;
 use balance::Balance;
+use fsi_1d::FluidBesideSolid;
 use large_strain::LargeSolid;
 use model::{Model, Moment, Parts};
 use prescribed::PrescribedBody;
 use remeshing::Remeshing;
 use solid::Solid;
+
+/// Names and SI units of the readings that a kind of body adds to those of its probes, in order.
+pub fn own_readings(mechanics: &Mechanics) -> &'static [(&'static str, &'static str)] {
+    match mechanics {
+        Mechanics::Solid => &[],
+        Mechanics::Prescribed(_) => &[(VOLUME_INSIDE, "m^3")],
+        Mechanics::Interaction(_) => fsi_1d::READINGS,
+    }
+}
 
 /// What is known of a simulation before its first step.
 #[derive(Clone, Debug)]
@@ -85,6 +96,7 @@ impl Simulation {
             Mechanics::Solid if setup.shape.dimension() == 2 => LargeSolid::<2>::parts(&setup)?,
             Mechanics::Solid => LargeSolid::<3>::parts(&setup)?,
             Mechanics::Prescribed(prescription) => PrescribedBody::parts(&setup, prescription)?,
+            Mechanics::Interaction(setting) => FluidBesideSolid::parts(&setup, setting)?,
         };
         let Parts { mut model, mut particles, description } = parts;
         let dynamics = model.dynamics_mut();
@@ -97,7 +109,7 @@ impl Simulation {
             1e-22 * setup.material.p_wave_modulus() * description.volume / description.spacing.powi(2);
         Ok(Self {
             watch: Watch::new(dynamics, &particles, energy, rounding),
-            balance: Balance::new(&particles, energy, forces),
+            balance: Balance::new(dynamics.account(), &particles, energy, forces),
             remeshing: Remeshing::new(setup.remesh.trigger),
             setup,
             description,
@@ -157,14 +169,16 @@ impl Simulation {
         self.time += dt;
         self.steps += 1;
         self.balance.add(&step, forces);
-        if let Some(particle) = self.model.dynamics().inverted() {
-            return Err(self.inverted(particle));
+        let moment = Moment { time: self.time, step: self.steps };
+        if let Some(failure) = self.model.disorder(&self.particles, moment) {
+            self.restore();
+            return Err(failure);
         }
         if self.watch.is_due(self.steps) {
             self.check()?;
         }
         let strain = || self.model.strain(&self.particles, self.time, dt);
-        if self.remeshing.is_due(strain) { self.remesh() } else { Ok(()) }
+        if self.remeshing.is_due(dt, strain) { self.remesh() } else { Ok(()) }
     }
 
     /// Lays the particles anew.
@@ -198,25 +212,11 @@ impl Simulation {
         result
     }
 
-    /// A particle was turned inside out: the failure, and back to the last good state.
-    fn inverted(&mut self, particle: usize) -> Failure {
-        let failure = Failure {
-            kind: FailureKind::Inverted,
-            time: self.time,
-            step: self.steps,
-            what: "a particle was turned inside out (det F <= 0)".into(),
-            place: Some(self.particles.column(Field::Reference).vector(particle)),
-            remedy: "load or move the body more slowly or less far, take a smaller `time.dt`, or a smaller \
-                     spacing"
-                .into(),
-        };
-        self.restore();
-        failure
-    }
-
     /// Goes back to the last good state.
     fn restore(&mut self) {
         (self.time, self.steps) = self.watch.restore(self.model.dynamics(), &mut self.particles);
+        // What follows from the restored columns.
+        self.model.dynamics().impose(self.time, &mut self.particles);
     }
 
     /// Evaluates the right-hand side at this moment without advancing, for measurements.
@@ -260,7 +260,7 @@ impl Simulation {
         (self.setup.remesh.trigger != RemeshTrigger::Never).then_some(self.remeshing.log)
     }
 
-    /// The probes' readings of this moment, in order; a prescribed motion adds [`VOLUME_INSIDE`].
+    /// The probes' readings of this moment, in order, and then those of [`own_readings`].
     pub fn readings(&mut self) -> Vec<Reading> {
         self.model.readings(&self.particles, self.time)
     }

@@ -25,6 +25,17 @@ pub enum VectorField {
         /// A point of the axis.
         centre: Vec3,
     },
+    /// `constant + amplitude cos(2 pi wave_number . x + phase)`.
+    Wave {
+        /// Mean value.
+        constant: Vec3,
+        /// Largest deviation from it.
+        amplitude: Vec3,
+        /// Waves per length along each axis.
+        wave_number: Vec3,
+        /// Phase (rad).
+        phase: f64,
+    },
     /// Any function of the reference positions, all of them at once: one vector for each.
     Function(Arc<PointwiseFunction>),
 }
@@ -35,6 +46,9 @@ impl std::fmt::Debug for VectorField {
             Self::Constant(c) => write!(f, "Constant({c:?})"),
             Self::Affine { constant, gradient } => write!(f, "Affine({constant:?}, {gradient:?})"),
             Self::Rotation { rate, centre } => write!(f, "Rotation({rate:?}, {centre:?})"),
+            Self::Wave { constant, amplitude, wave_number, phase } => {
+                write!(f, "Wave({constant:?}, {amplitude:?}, {wave_number:?}, {phase})")
+            }
             Self::Function(_) => write!(f, "Function"),
         }
     }
@@ -53,6 +67,9 @@ impl VectorField {
             Self::Constant(c) => *c,
             Self::Affine { constant, gradient } => constant + gradient * x,
             Self::Rotation { rate, centre } => rate.cross(&(x - centre)),
+            Self::Wave { constant, amplitude, wave_number, phase } => {
+                constant + amplitude * (std::f64::consts::TAU * wave_number.dot(x) + phase).cos()
+            }
             Self::Function(f) => f(&[*x]).first().copied().unwrap_or_else(Vec3::zeros),
         }
     }

@@ -244,6 +244,9 @@ impl Simulation {
         dict.set_item("elastic_energy", c.elastic_energy)?;
         dict.set_item("external_work", c.external_work)?;
         dict.set_item("dissipated", c.dissipated)?;
+        if let Some(error) = c.energy_error {
+            dict.set_item("energy_error", error)?;
+        }
         dict.set_item("load", vector(py, &c.load))?;
         dict.set_item("reaction", vector(py, &c.reaction))?;
         dict.set_item("momentum_error", c.momentum_error)?;

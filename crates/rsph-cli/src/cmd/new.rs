@@ -17,6 +17,7 @@ Templates:
   block_large_strain    a plane block, pulled by 40 % and remeshed
   deformation           a sphere that a given velocity field tears
   deformation_remeshed  the same with remeshing: it stays whole
+  fsi_1d                a viscous fluid beside an elastic solid, on a line
 
 Examples:
   rsph new > my.toml
@@ -37,6 +38,7 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("block_large_strain", include_str!("../../../../scenarios/block_large_strain.toml")),
     ("deformation", include_str!("../../../../scenarios/deformation.toml")),
     ("deformation_remeshed", include_str!("../../../../scenarios/deformation_remeshed.toml")),
+    ("fsi_1d", include_str!("../../../../scenarios/fsi_1d.toml")),
 ];
 
 pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {

@@ -12,6 +12,8 @@ pub struct ForceSums {
     pub reaction: Vec3,
     /// Power of loads and moved parts.
     pub power: f64,
+    /// Power that viscosity takes, where the dynamics sums it up by itself.
+    pub dissipation: f64,
 }
 
 impl ForceSums {
@@ -22,6 +24,7 @@ impl ForceSums {
             load: self.load + k * other.load,
             reaction: self.reaction + k * other.reaction,
             power: self.power + k * other.power,
+            dissipation: self.dissipation + k * other.dissipation,
         }
     }
 }

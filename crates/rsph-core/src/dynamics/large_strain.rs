@@ -227,6 +227,12 @@ impl<const D: usize> LargeStrain<D> {
         &self.work.f
     }
 
+    /// A particle that is turned inside out, det F <= 0, at the last evaluation.
+    pub fn inverted(&self) -> Option<usize> {
+        // What is not a number was turned inside out a stage before.
+        self.work.f.iter().position(|f| f.determinant().partial_cmp(&0.0) != Some(Ordering::Greater))
+    }
+
     /// Smallest and largest singular value of F_inc, the deformation since the last remesh, at the last
     /// evaluation.
     pub fn stretches_since_remesh(&self) -> (f64, f64) {
@@ -246,11 +252,6 @@ impl<const D: usize> LargeStrain<D> {
 impl<const D: usize> Dynamics for LargeStrain<D> {
     fn integrated(&self) -> &'static [Field] {
         &[Field::Displacement, Field::Velocity]
-    }
-
-    fn inverted(&self) -> Option<usize> {
-        // What is not a number was turned inside out a stage before.
-        self.work.f.iter().position(|f| f.determinant().partial_cmp(&0.0) != Some(Ordering::Greater))
     }
 
     fn rates(&mut self, t: f64, particles: &Particles, rates: &mut [Column]) -> ForceSums {

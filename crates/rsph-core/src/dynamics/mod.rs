@@ -1,6 +1,7 @@
 //! What moves the particles: one dynamics a file.
 
 pub mod elastic;
+pub mod fsi_1d;
 pub mod large_strain;
 pub mod paper;
 pub mod prescribed;
@@ -17,6 +18,16 @@ pub struct Energy {
     pub elastic: f64,
 }
 
+/// What the balances of a dynamics hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Account {
+    /// Whether its equations conserve mass.
+    pub conserves_mass: bool,
+    /// Whether [`ForceSums::dissipation`] is what viscosity takes; else that is known only as what is missing
+    /// in the balance of energy.
+    pub sums_dissipation: bool,
+}
+
 /// A right-hand side.
 pub trait Dynamics: std::fmt::Debug + Send + Sync {
     /// The columns that are integrated in time.
@@ -27,9 +38,9 @@ pub trait Dynamics: std::fmt::Debug + Send + Sync {
         true
     }
 
-    /// A particle that was turned inside out at the last evaluation of the rates, if a particle can be.
-    fn inverted(&self) -> Option<usize> {
-        None
+    /// What its balances hold.
+    fn account(&self) -> Account {
+        Account { conserves_mass: true, sums_dissipation: false }
     }
 
     /// Rates of change of the integrated columns at time `t`, in the order of

@@ -1,5 +1,6 @@
 //! Bodies that move as told, and remeshing.
 
+use super::InteractionSetting;
 use crate::flow::Flow;
 use crate::kernel::RemeshKernel;
 
@@ -11,6 +12,8 @@ pub enum Mechanics {
     Solid,
     /// A given velocity field, section 3 of the paper.
     Prescribed(Prescription),
+    /// A fluid beside a solid on a line, section 4 of the paper.
+    Interaction(InteractionSetting),
 }
 
 /// A body whose particles carry a colour (1 inside, 0 outside) along a given velocity field.
@@ -33,6 +36,8 @@ pub enum RemeshTrigger {
     Never,
     /// Every so many steps, at least 1.
     Steps(u64),
+    /// At the first step that ends this much time, or more, after the last remeshing.
+    Interval(f64),
     /// When the strain since the last remeshing exceeds [`STRAIN`] anywhere.
     Strain,
 }

@@ -1,7 +1,6 @@
 //! The sums that the equations conserve, and what changes them.
 
-use crate::dynamics::Energy;
-use crate::dynamics::ForceSums;
+use crate::dynamics::{Account, Energy, ForceSums};
 use crate::integrate::StepSums;
 use crate::particles::{Field, Particles};
 use crate::tensor::Vec3;
@@ -19,8 +18,12 @@ pub struct Conservation {
     pub elastic_energy: f64,
     /// Work done by loads and moving boundaries since the start.
     pub external_work: f64,
-    /// Energy taken by the viscosity since the start.
+    /// Energy taken by the viscosity since the start: summed up by the dynamics if it does so, else what is
+    /// missing.
     pub dissipated: f64,
+    /// |energy + dissipated - energy at the start - work| relative to the larger of the energy at the start and
+    /// the work; `None` where what is dissipated is known only as what is missing.
+    pub energy_error: Option<f64>,
     /// Total force of the loads at this moment.
     pub load: Vec3,
     /// Total force of the clamps on the body at this moment.
@@ -28,33 +31,37 @@ pub struct Conservation {
     /// |momentum - momentum at the start - impulse of loads and reactions| relative to the largest
     /// momentum or impulse so far.
     pub momentum_error: f64,
-    /// |mass - mass at the start| / mass at the start.
+    /// |mass - mass at the start| / mass at the start; 0 where the equations do not conserve mass.
     pub mass_error: f64,
 }
 
 /// The balance of a simulation since its start.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Balance {
+    account: Account,
     mass: f64,
     momentum: Vec3,
     energy: Energy,
     impulse: Vec3,
     /// Work of loads and boundaries so far.
     pub work: f64,
+    dissipated: f64,
     largest_momentum: f64,
     forces: ForceSums,
 }
 
 impl Balance {
     /// Starts from particles with that energy and those forces on them.
-    pub fn new(particles: &Particles, energy: Energy, forces: ForceSums) -> Self {
+    pub fn new(account: Account, particles: &Particles, energy: Energy, forces: ForceSums) -> Self {
         let momentum = momentum(particles);
         Self {
+            account,
             mass: total_mass(particles),
             momentum,
             energy,
             impulse: Vec3::zeros(),
             work: 0.0,
+            dissipated: 0.0,
             largest_momentum: momentum.norm(),
             forces,
         }
@@ -65,6 +72,7 @@ impl Balance {
         self.forces = forces;
         self.impulse += step.load + step.reaction;
         self.work += step.work;
+        self.dissipated += step.dissipated;
         self.largest_momentum = self.largest_momentum.max(self.impulse.norm());
     }
 
@@ -73,6 +81,10 @@ impl Balance {
         let Energy { kinetic, elastic } = energy;
         let (mass, momentum) = (total_mass(particles), momentum(particles));
         let defect = (momentum - self.momentum - self.impulse).norm();
+        let missing = self.energy.kinetic + self.energy.elastic + self.work - kinetic - elastic;
+        let at_stake = (self.energy.kinetic + self.energy.elastic).max(self.work.abs());
+        let share = |x: f64| if at_stake > 0.0 { x.abs() / at_stake } else { 0.0 };
+        let summed = self.account.sums_dissipation;
         let scale = self.largest_momentum.max(momentum.norm());
         Conservation {
             mass,
@@ -80,11 +92,12 @@ impl Balance {
             kinetic_energy: kinetic,
             elastic_energy: elastic,
             external_work: self.work,
-            dissipated: self.energy.kinetic + self.energy.elastic + self.work - kinetic - elastic,
+            dissipated: if summed { self.dissipated } else { missing },
+            energy_error: summed.then(|| share(missing - self.dissipated)),
             load: self.forces.load,
             reaction: self.forces.reaction,
             momentum_error: if scale > 0.0 { defect / scale } else { 0.0 },
-            mass_error: (mass - self.mass).abs() / self.mass,
+            mass_error: if self.account.conserves_mass { (mass - self.mass).abs() / self.mass } else { 0.0 },
         }
     }
 }

@@ -101,6 +101,20 @@ impl<const D: usize> Model for LargeSolid<D> {
         largest.max(1.0 / smallest) - 1.0
     }
 
+    fn disorder(&self, particles: &Particles, moment: Moment) -> Option<Failure> {
+        let particle = self.body.dynamics.inverted()?;
+        Some(Failure {
+            kind: FailureKind::Inverted,
+            time: moment.time,
+            step: moment.step,
+            what: "a particle was turned inside out (det F <= 0)".into(),
+            place: Some(particles.column(Field::Reference).vector(particle)),
+            remedy: "load or move the body more slowly or less far, take a smaller `time.dt`, or a smaller \
+                     spacing"
+                .into(),
+        })
+    }
+
     fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<Relaid, Failure> {
         let (reference, u) = (particles.column(Field::Reference), particles.column(Field::Displacement));
         let velocity = particles.column(Field::Velocity);

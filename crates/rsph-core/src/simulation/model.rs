@@ -22,6 +22,12 @@ pub(super) trait Model: std::fmt::Debug + Send + Sync {
     /// length `dt`) of a simulation that goes by it.
     fn strain(&mut self, particles: &Particles, time: f64, dt: f64) -> f64;
 
+    /// What is wrong with the order of the particles, if anything; looked at after every step.
+    fn disorder(&self, particles: &Particles, moment: Moment) -> Option<Failure> {
+        let _ = (particles, moment);
+        None
+    }
+
     /// Lays the particles anew and makes its dynamics that of the new ones. A model that fails stays
     /// as it was.
     ///

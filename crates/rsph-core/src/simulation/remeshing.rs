@@ -52,20 +52,25 @@ pub(super) struct Relaid {
 pub(super) struct Remeshing {
     trigger: RemeshTrigger,
     steps: u64,
+    elapsed: f64,
     pub log: RemeshLog,
 }
 
 impl Remeshing {
     pub fn new(trigger: RemeshTrigger) -> Self {
-        Self { trigger, steps: 0, log: RemeshLog::default() }
+        Self { trigger, steps: 0, elapsed: 0.0, log: RemeshLog::default() }
     }
 
-    /// Counts a step; whether remeshing is due, at a strain of `strain()` since the last one.
-    pub fn is_due(&mut self, strain: impl FnOnce() -> f64) -> bool {
+    /// Counts a step of length `dt`; whether remeshing is due, at a strain of `strain()` since the last
+    /// one.
+    pub fn is_due(&mut self, dt: f64, strain: impl FnOnce() -> f64) -> bool {
         self.steps += 1;
+        self.elapsed += dt;
         match self.trigger {
             RemeshTrigger::Never => false,
             RemeshTrigger::Steps(n) => self.steps >= n,
+            // Steps that add up to the interval but for rounding reach it.
+            RemeshTrigger::Interval(t) => self.elapsed >= t * (1.0 - 1e-9),
             RemeshTrigger::Strain => strain() > STRAIN,
         }
     }
@@ -73,6 +78,6 @@ impl Remeshing {
     /// Notes a remeshing and starts to count anew.
     pub fn done(&mut self, report: &RemeshReport) {
         self.log.add(report);
-        self.steps = 0;
+        (self.steps, self.elapsed) = (0, 0.0);
     }
 }

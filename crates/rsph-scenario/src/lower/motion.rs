@@ -1,13 +1,16 @@
 //! What moves the particles, and remeshing, in the words of the core.
 
+use super::checks::positive;
 use super::parts::missing;
 use crate::scenario::{
-    Document, DynamicsKind, EveryValue, KeyPath, RemeshKernelName, Scenario, ScenarioError, VelocityTable,
+    Document, DynamicsKind, EveryValue, FluidTable, KeyPath, RemeshKernelName, Scenario, ScenarioError,
+    VelocityTable,
 };
 use rsph_core::flow::{Flow, VelocityField};
+use rsph_core::fluid::{Acoustic, Burgers, FluidLaw};
 use rsph_core::kernel::RemeshKernel;
 use rsph_core::material::{Material, Passive};
-use rsph_core::setup::{Mechanics, Prescription, Remesh, RemeshTrigger, VectorField};
+use rsph_core::setup::{InteractionSetting, Mechanics, Prescription, Remesh, RemeshTrigger, VectorField};
 use rsph_core::tensor::{Mat3, Vec3};
 use std::sync::Arc;
 
@@ -16,23 +19,45 @@ const DEFAULT_ISO: f64 = 0.5;
 
 /// What moves the particles.
 pub fn mechanics(doc: &Document, tables: &Scenario) -> Result<Mechanics, ScenarioError> {
-    let (table, path) = (&tables.dynamics, KeyPath::from("dynamics"));
-    if table.kind == DynamicsKind::Solid {
-        let present = [
-            ("velocity", table.velocity.is_some()),
-            ("reversal", table.reversal.is_some()),
-            ("band", table.band.is_some()),
-            ("iso", table.iso.is_some()),
-        ];
-        return match present.iter().find(|p| p.1) {
-            None => Ok(Mechanics::Solid),
-            Some((key, _)) => Err(doc.error(
-                &path.key(key),
-                "belongs to a prescribed motion, and this is a solid",
-                "add `kind = \"prescribed\"` to [dynamics], or remove the key",
-            )),
-        };
+    refuse_keys_of_other_kinds(doc, tables)?;
+    match tables.dynamics.kind {
+        DynamicsKind::Solid => Ok(Mechanics::Solid),
+        DynamicsKind::Prescribed => prescription(doc, tables).map(Mechanics::Prescribed),
+        DynamicsKind::Interaction => interaction(doc, tables).map(Mechanics::Interaction),
     }
+}
+
+/// Keys of `[dynamics]` that belong to another kind than the one given.
+fn refuse_keys_of_other_kinds(doc: &Document, tables: &Scenario) -> Result<(), ScenarioError> {
+    let table = &tables.dynamics;
+    let (prescribed, interaction) = (DynamicsKind::Prescribed, DynamicsKind::Interaction);
+    let keys = [
+        ("velocity", table.velocity.is_some(), prescribed),
+        ("reversal", table.reversal.is_some(), prescribed),
+        ("band", table.band.is_some(), prescribed),
+        ("iso", table.iso.is_some(), prescribed),
+        ("fluid", table.fluid.is_some(), interaction),
+        ("solid", table.solid.is_some(), interaction),
+        ("interface", table.interface.is_some(), interaction),
+    ];
+    let name = |kind| match kind {
+        DynamicsKind::Solid => ("solid", "a solid"),
+        DynamicsKind::Prescribed => ("prescribed", "a prescribed motion"),
+        DynamicsKind::Interaction => ("fsi_1d", "a fluid beside a solid"),
+    };
+    match keys.iter().find(|(_, there, kind)| *there && *kind != table.kind) {
+        None => Ok(()),
+        Some((key, _, kind)) => Err(doc.error(
+            &KeyPath::from("dynamics").key(key),
+            format!("belongs to {}, and this is {}", name(*kind).1, name(table.kind).1),
+            format!("write `kind = \"{}\"` in [dynamics], or remove the key", name(*kind).0),
+        )),
+    }
+}
+
+/// A body that moves as told.
+fn prescription(doc: &Document, tables: &Scenario) -> Result<Prescription, ScenarioError> {
+    let (table, path) = (&tables.dynamics, KeyPath::from("dynamics"));
     for (key, there) in [
         ("initial", tables.initial.displacement.is_some() || tables.initial.velocity.is_some()),
         ("boundary", !tables.boundary.is_empty()),
@@ -47,11 +72,44 @@ pub fn mechanics(doc: &Document, tables: &Scenario) -> Result<Mechanics, Scenari
         }
     }
     let velocity = table.velocity.as_ref().ok_or_else(|| missing(doc, &path, "velocity", "prescribed"))?;
-    Ok(Mechanics::Prescribed(Prescription {
+    Ok(Prescription {
         flow: Flow { velocity: velocity_field(velocity), reversal: table.reversal },
         band: table.band.unwrap_or(0.0),
         iso: table.iso.unwrap_or(DEFAULT_ISO),
-    }))
+    })
+}
+
+/// A fluid beside a solid.
+fn interaction(doc: &Document, tables: &Scenario) -> Result<InteractionSetting, ScenarioError> {
+    let (table, path) = (&tables.dynamics, KeyPath::from("dynamics"));
+    for (key, there) in [
+        ("material", tables.material.is_some()),
+        ("initial.displacement", tables.initial.displacement.is_some()),
+    ] {
+        if there {
+            return Err(doc.error(
+                &KeyPath::from(key),
+                "has no place beside `dynamics.kind = \"fsi_1d\"`: the materials are `dynamics.fluid` and \
+                 `dynamics.solid`, and both start undeformed",
+                "remove it",
+            ));
+        }
+    }
+    let missing = |key| missing(doc, &path, key, "fsi_1d");
+    let refused = |e| doc.invalid_input(&e);
+    let fluid: Arc<dyn FluidLaw> = match table.fluid.ok_or_else(|| missing("fluid"))? {
+        FluidTable::Burgers { viscosity } => Arc::new(Burgers::new(viscosity).map_err(refused)?),
+        FluidTable::Acoustic { density, sound_speed } => {
+            Arc::new(Acoustic::new(density, sound_speed).map_err(refused)?)
+        }
+    };
+    let solid = table.solid.ok_or_else(|| missing("solid"))?;
+    Ok(InteractionSetting {
+        fluid,
+        elasticity: solid.elasticity,
+        solid_density: solid.density,
+        interface: table.interface.ok_or_else(|| missing("interface"))?,
+    })
 }
 
 fn velocity_field(table: &VelocityTable) -> VelocityField {
@@ -68,7 +126,8 @@ fn velocity_field(table: &VelocityTable) -> VelocityField {
     })
 }
 
-/// What the body is made of; without a table a prescribed motion has density 1.
+/// What the body is made of; without a table a prescribed motion has density 1. A fluid beside a solid has
+/// its materials elsewhere.
 pub fn material(
     doc: &Document,
     tables: &Scenario,
@@ -76,7 +135,9 @@ pub fn material(
 ) -> Result<Arc<dyn Material>, ScenarioError> {
     match (&tables.material, mechanics) {
         (Some(table), _) => table.build(doc),
-        (None, Mechanics::Prescribed(_)) => Ok(Arc::new(Passive { density: 1.0 })),
+        (None, Mechanics::Prescribed(_) | Mechanics::Interaction(_)) => {
+            Ok(Arc::new(Passive { density: 1.0 }))
+        }
         (None, Mechanics::Solid) => {
             let path = KeyPath::from("material");
             let remedy = crate::scenario::remedy_at(&path);
@@ -93,10 +154,21 @@ pub fn remesh(
     large_strain: bool,
 ) -> Result<Remesh, ScenarioError> {
     let solid = matches!(mechanics, Mechanics::Solid);
-    let trigger = match tables.remesh.every {
-        EveryValue::Steps(0) => RemeshTrigger::Never,
-        EveryValue::Steps(n) => RemeshTrigger::Steps(n),
-        EveryValue::Auto => RemeshTrigger::Strain,
+    let trigger = match (tables.remesh.every, tables.remesh.interval) {
+        (EveryValue::Steps(0), Some(t)) => {
+            positive(doc, &KeyPath::from("remesh.interval"), t, "the time between remeshings")?;
+            RemeshTrigger::Interval(t)
+        }
+        (_, Some(_)) => {
+            return Err(doc.error(
+                &KeyPath::from("remesh.interval"),
+                "`interval` and `every` exclude each other: each says when particles are laid anew",
+                "remove one of the two",
+            ));
+        }
+        (EveryValue::Steps(0), None) => RemeshTrigger::Never,
+        (EveryValue::Steps(n), None) => RemeshTrigger::Steps(n),
+        (EveryValue::Auto, None) => RemeshTrigger::Strain,
     };
     if solid && !large_strain && trigger != RemeshTrigger::Never {
         return Err(doc.error(

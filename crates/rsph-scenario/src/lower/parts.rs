@@ -68,6 +68,12 @@ pub fn field(table: Option<&FieldTable>) -> VectorField {
         Some(FieldTable::Rotation { rate, centre }) => {
             VectorField::Rotation { rate: Vec3::from(*rate), centre: Vec3::from(*centre) }
         }
+        Some(FieldTable::Wave { constant, amplitude, wave_number, phase }) => VectorField::Wave {
+            constant: Vec3::from(*constant),
+            amplitude: Vec3::from(*amplitude),
+            wave_number: Vec3::from(*wave_number),
+            phase: *phase,
+        },
     }
 }
 

@@ -35,6 +35,7 @@ struct Data<'a> {
     time_unit: String,
     energy_unit: String,
     stress_unit: String,
+    velocity_unit: String,
     probes: Vec<Probe<'a>>,
     curves: history::Curves,
     view: frames::View<'a>,
@@ -112,6 +113,7 @@ impl Report {
             time_unit: unit("s"),
             energy_unit: unit("J"),
             stress_unit: unit("Pa"),
+            velocity_unit: unit("m/s"),
             probes: info
                 .probes
                 .iter()

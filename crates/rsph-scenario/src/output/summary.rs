@@ -17,12 +17,15 @@ pub struct Energy {
     pub external_work: f64,
     /// Taken by the viscosity since the start.
     pub dissipated: f64,
+    /// |kinetic + elastic + dissipated - external work - energy at the start| over the energy at the start or the
+    /// work; `null` where `dissipated` is known only as what is missing.
+    pub error: Option<f64>,
 }
 
 /// Why a run failed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FailureSummary {
-    /// `not_finite`, `unstable`, `inverted`, `scattered`.
+    /// `not_finite`, `unstable`, `inverted`, `scattered`, `crossed`.
     pub kind: &'static str,
     /// Simulated time of the last good state.
     pub time: f64,
@@ -181,6 +184,7 @@ impl Summary {
                 elastic: conservation.elastic_energy,
                 external_work: conservation.external_work,
                 dissipated: conservation.dissipated,
+                error: conservation.energy_error,
             },
             dt: d.dt,
             dt_limit: d.dt_limit,
@@ -211,13 +215,14 @@ impl Summary {
 }
 
 fn failure_summary(f: &rsph_core::error::Failure) -> FailureSummary {
-    use rsph_core::error::FailureKind::{Inverted, NotFinite, Scattered, Unstable};
+    use rsph_core::error::FailureKind::{Crossed, Inverted, NotFinite, Scattered, Unstable};
     FailureSummary {
         kind: match f.kind {
             NotFinite => "not_finite",
             Unstable => "unstable",
             Inverted => "inverted",
             Scattered => "scattered",
+            Crossed => "crossed",
         },
         time: f.time,
         step: f.step,

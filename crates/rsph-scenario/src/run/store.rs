@@ -6,7 +6,7 @@ use crate::scenario::{LoadedScenario, ShapeTable};
 use crate::sink::{RunSink, SinkError};
 use rsph_core::region::Axis;
 use rsph_core::setup::{Formulation, LoadKind, Mechanics, RemeshTrigger, STRAIN, Setup, Units};
-use rsph_core::simulation::VOLUME_INSIDE;
+use rsph_core::simulation::own_readings;
 
 /// Opens the files of a run's folder.
 pub fn open(start: &RunStart<'_>) -> Result<Box<dyn RunSink>, SinkError> {
@@ -29,13 +29,14 @@ fn info(start: &RunStart<'_>) -> RunInfo {
     }
 }
 
-/// The columns of probes.csv; a prescribed motion adds the volume inside its surface.
+/// The columns of probes.csv: the probes, and what the kind of body adds.
 fn probes(setup: &Setup) -> Vec<ProbeColumn> {
     let mut columns = ProbeColumn::of(&setup.probes);
-    if matches!(setup.mechanics, Mechanics::Prescribed(_)) {
-        let name = VOLUME_INSIDE.to_owned();
-        columns.push(ProbeColumn { quantity: name.clone(), name, unit: "m^3".into() });
-    }
+    columns.extend(own_readings(&setup.mechanics).iter().map(|(name, unit)| ProbeColumn {
+        name: (*name).into(),
+        quantity: (*name).into(),
+        unit: (*unit).into(),
+    }));
     columns
 }
 
@@ -64,6 +65,19 @@ fn parameters(setup: &Setup) -> Vec<Parameter> {
             rows.push(Parameter::number("band of the colour in spacings", p.band, "1"));
             rows.push(Parameter::number("colour of the surface", p.iso, "1"));
         }
+        Mechanics::Interaction(i) => {
+            rows.push(Parameter::new("fluid", i.fluid.name(), ""));
+            rows.push(Parameter::number("density of the fluid", i.fluid.density(), "kg/m^3"));
+            if i.fluid.viscosity() > 0.0 {
+                rows.push(Parameter::number("viscosity of the fluid", i.fluid.viscosity(), "Pa s"));
+            }
+            rows.extend(
+                i.fluid.bulk_modulus().map(|k| Parameter::number("bulk modulus of the fluid", k, "Pa")),
+            );
+            rows.push(Parameter::number("density of the solid", i.solid_density, "kg/m^3"));
+            rows.push(Parameter::number("elasticity of the solid", i.elasticity, "Pa"));
+            rows.push(Parameter::number("interface at rest", i.interface, "m"));
+        }
     }
     rows.push(Parameter::number("smoothing length in spacings", setup.solver.smoothing, "1"));
     rows.push(Parameter::new("time integrator", "Runge-Kutta, fourth order", ""));
@@ -84,6 +98,7 @@ fn remeshing(setup: &Setup) -> Vec<Parameter> {
     let when = match setup.remesh.trigger {
         RemeshTrigger::Never => return vec![Parameter::new("remeshing", "never", "")],
         RemeshTrigger::Steps(n) => format!("every {n} steps"),
+        RemeshTrigger::Interval(t) => format!("every {t} of time"),
         RemeshTrigger::Strain => format!("at a strain of {STRAIN}"),
     };
     vec![

@@ -4,12 +4,15 @@ use super::values::EveryValue;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// What moves the particles: the forces of a solid, or a given velocity field.
+/// What moves the particles: the forces of a solid, a given velocity field, or those of a fluid beside a
+/// solid.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = [
     {"if": {"properties": {"kind": {"const": "prescribed"}}, "required": ["kind"]},
      "then": {"required": ["velocity"]}},
+    {"if": {"properties": {"kind": {"const": "fsi_1d"}}, "required": ["kind"]},
+     "then": {"required": ["fluid", "solid", "interface"]}},
 ]))]
 pub struct DynamicsTable {
     /// Default: "solid".
@@ -27,6 +30,12 @@ pub struct DynamicsTable {
     /// Colour C(x), Eq. (8), that makes the surface, between 0 and 1; for kind "prescribed".
     /// Default: 0.5.
     pub iso: Option<f64>,
+    /// The fluid, left of the interface; for kind "fsi_1d".
+    pub fluid: Option<FluidTable>,
+    /// The elastic solid, right of the interface; for kind "fsi_1d".
+    pub solid: Option<ElasticTable>,
+    /// Where fluid and solid meet at rest, x (m); for kind "fsi_1d".
+    pub interface: Option<f64>,
 }
 
 /// What moves the particles.
@@ -38,6 +47,42 @@ pub enum DynamicsKind {
     Solid,
     /// A given velocity field: the deformation test.
     Prescribed,
+    /// A fluid beside an elastic solid along x, Eqs. (19) to (21).
+    #[serde(rename = "fsi_1d")]
+    Interaction,
+}
+
+/// A fluid in one dimension.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum FluidTable {
+    /// The viscous fluid of Eq. (19), with density 1.
+    Burgers {
+        /// Kinematic viscosity nu (m^2/s), positive.
+        viscosity: f64,
+    },
+    /// A fluid that carries sound.
+    Acoustic {
+        /// Density (kg/m^3), positive.
+        density: f64,
+        /// Speed of sound (m/s), positive.
+        sound_speed: f64,
+    },
+}
+
+/// An elastic solid in one dimension.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ElasticTable {
+    /// Elasticity mu: stress per strain (Pa), positive.
+    pub elasticity: f64,
+    /// Density (kg/m^3), positive. Default: 1.
+    #[serde(default = "one")]
+    pub density: f64,
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 /// A velocity field.
@@ -66,13 +111,16 @@ pub enum VelocityTable {
     },
 }
 
-/// Remeshing: particles are laid anew on a regular lattice.
+/// Remeshing: particles are laid anew on a regular lattice. At most one of `every` and `interval`.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RemeshTable {
     /// Steps between remeshings; 0: never; "auto": when the strain asks for it. Default: 0.
     pub every: EveryValue,
-    /// Interpolation kernel. Default: "lambda-4-2" for a prescribed motion, "m4-prime" for a solid.
+    /// Time between remeshings (s), positive, instead of `every`: at the first step that reaches it.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: Option<f64>,
+    /// Interpolation kernel. Default: "m4-prime" for a solid, else "lambda-4-2".
     pub kernel: Option<RemeshKernelName>,
 }
 

@@ -15,7 +15,9 @@ mod tables;
 mod values;
 
 pub use document::Document;
-pub use dynamics::{DynamicsKind, DynamicsTable, RemeshKernelName, RemeshTable, VelocityTable};
+pub use dynamics::{
+    DynamicsKind, DynamicsTable, ElasticTable, FluidTable, RemeshKernelName, RemeshTable, VelocityTable,
+};
 pub use error::ScenarioError;
 pub(crate) use explain::{remedy_at, suggestion};
 pub use keypath::KeyPath;

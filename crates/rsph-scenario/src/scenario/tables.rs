@@ -196,6 +196,19 @@ pub enum FieldTable {
         #[serde(default)]
         centre: [f64; 3],
     },
+    /// `constant + amplitude cos(2 pi wave_number . x + phase)`.
+    Wave {
+        /// Mean value. Default: 0.
+        #[serde(default)]
+        constant: [f64; 3],
+        /// Largest deviation from it.
+        amplitude: [f64; 3],
+        /// Waves per length along x, y, z (1/m).
+        wave_number: [f64; 3],
+        /// Phase (rad). Default: 0.
+        #[serde(default)]
+        phase: f64,
+    },
 }
 
 /// The spatial discretisation.

@@ -19,6 +19,8 @@ pub(super) const DEFORMATION: (&str, &str) =
 pub(super) const DEFORMATION_REMESHED: (&str, &str) =
     ("deformation_remeshed.toml", include_str!("../../../../scenarios/deformation_remeshed.toml"));
 
+pub(super) const FSI_1D: (&str, &str) = ("fsi_1d.toml", include_str!("../../../../scenarios/fsi_1d.toml"));
+
 /// The history of a run's first probe.
 #[derive(Debug)]
 pub(super) struct History {

@@ -4,6 +4,7 @@ mod case;
 mod column;
 mod deformation;
 mod figure;
+mod fsi_1d;
 mod kelvin_voigt_bar;
 mod large_strain;
 mod literal;
@@ -102,6 +103,7 @@ const CASES: &[(&str, Case)] = &[
     ("tensile", tensile::run),
     ("literal", literal::run),
     ("deformation", deformation::run),
+    ("fsi_1d", fsi_1d::run),
     ("large_strain", large_strain::run),
 ];
 

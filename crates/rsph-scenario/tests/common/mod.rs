@@ -114,6 +114,7 @@ pub fn conservation(t: f64) -> Conservation {
         reaction: Vec3::new(0.0, 0.0, -s),
         momentum_error: 1e-14 * (1.0 + t),
         mass_error: 0.0,
+        energy_error: None,
     }
 }
 

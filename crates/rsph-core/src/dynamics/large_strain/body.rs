@@ -4,6 +4,7 @@
 use super::LargeStrain;
 use super::configuration::Configuration;
 use super::ghosts::{Ghosts, displacement};
+use crate::boundary::fixed::Fixed;
 use crate::boundary::load::{LoadedBody, nodal_loads};
 use crate::boundary::mirror::MirrorPlane;
 use crate::boundary::tag;
@@ -112,7 +113,7 @@ impl<const D: usize> LargeBody<D> {
             loads: setup.loads.clone(),
             planes,
         };
-        body.tag_fixed()?;
+        body.dynamics.fixed = body.held_among(body.reference())?;
         body.tag_loads()?;
         Ok(body)
     }
@@ -137,9 +138,14 @@ impl<const D: usize> LargeBody<D> {
         configuration(cells, &self.planes, t, self.solver.smoothing * self.spacing, cell_volume)
     }
 
-    /// Reference positions by which regions find the particles. The node of a cut cell may lie outside of
-    /// the body: it counts as just inside.
+    /// Reference positions by which regions find the particles.
     pub fn tagging_positions(&self) -> Vec<Vec3> {
+        self.pulled_inside(self.reference())
+    }
+
+    /// Reference positions as regions see them: the node of a cut cell may lie outside of the body and counts
+    /// as just inside.
+    fn pulled_inside(&self, reference: &[Vec3]) -> Vec<Vec3> {
         let margin = 1e-3 * self.spacing;
         let pulled = |x: &Vec3| {
             let beyond = self.shape.signed_distance(x) + margin;
@@ -152,7 +158,7 @@ impl<const D: usize> LargeBody<D> {
             });
             slope.try_normalize(0.0).map_or(*x, |normal| x - normal * beyond)
         };
-        self.reference().par_iter().map(pulled).collect()
+        reference.par_iter().map(pulled).collect()
     }
 
     /// Signed distances of the particles to the surface of the undeformed body.
@@ -160,11 +166,10 @@ impl<const D: usize> LargeBody<D> {
         self.reference().par_iter().map(|x| self.shape.signed_distance(x)).collect()
     }
 
-    /// Finds the particles that thick clamps hold, by their reference positions.
-    pub(super) fn tag_fixed(&mut self) -> Result<(), InvalidInput> {
-        let tags = tag::tag(&self.boundaries, &self.tagging_positions(), self.spacing, &self.solver)?;
-        self.dynamics.fixed = tags.fixed;
-        Ok(())
+    /// The particles with these reference positions that thick clamps hold.
+    pub(super) fn held_among(&self, reference: &[Vec3]) -> Result<Fixed, InvalidInput> {
+        let positions = self.pulled_inside(reference);
+        Ok(tag::tag(&self.boundaries, &positions, self.spacing, &self.solver)?.fixed)
     }
 
     /// Spreads the loads over the particles, by their reference positions.

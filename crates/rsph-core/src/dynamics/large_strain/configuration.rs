@@ -2,6 +2,7 @@
 //! the constants of the gradient.
 
 use super::ghosts::Ghosts;
+use crate::boundary::fixed::Fixed;
 use crate::kernel::QuarticSpline;
 use crate::neighbors::Pairs;
 use crate::tensor::{Mat3, Vec3};
@@ -86,6 +87,21 @@ impl<const D: usize> Configuration<D> {
         self.reference.truncate(self.len);
         self.ghosts.extend_reference(&self.nodes, &mut self.reference);
         self.take_first_gradient();
+    }
+
+    /// Gives held particles the reference positions from which their motion has led to their nodes at time
+    /// `t`.
+    pub fn place_held(&mut self, held: &Fixed, t: f64) {
+        if held.particles.is_empty() {
+            return;
+        }
+        for p in &held.particles {
+            let moved = p.motion.map_or_else(Vec3::zeros, |m| m.displacement(t));
+            for i in (0..3).filter(|&i| p.fix[i]) {
+                self.reference[p.particle][i] = self.nodes[p.particle][i] - moved[i];
+            }
+        }
+        self.take_reference();
     }
 
     /// Gives particle a another F_0.

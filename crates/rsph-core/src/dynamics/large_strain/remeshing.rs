@@ -83,6 +83,8 @@ impl<const D: usize> LargeBody<D> {
         }
         let by_node = matching(&landed, &new);
         let guarded = guard(&mut new, &by_node, x, map.reference, self.dynamics.deformation());
+        let held = self.held_among(&new.reference[..new.len])?;
+        new.place_held(&held, t);
         let torn = |f: &Mat3| f.iter().any(|c| !c.is_finite()) || f.determinant() <= 0.0;
         if let Some(a) = new.first_gradient.iter().position(torn) {
             return Err(LargeRemeshError::Torn(new.reference[a]));
@@ -111,9 +113,10 @@ impl<const D: usize> LargeBody<D> {
         }
         let after = Moments::of(&masses, &new.nodes[..new.len], &velocity);
 
-        let dynamics = LargeStrain::new(new, Arc::clone(&self.material), self.solver.hourglass)?;
+        let mut dynamics = LargeStrain::new(new, Arc::clone(&self.material), self.solver.hourglass)?;
+        dynamics.fixed = held;
         let kept = std::mem::replace(&mut self.dynamics, dynamics);
-        if let Err(error) = self.tag_fixed().and_then(|()| self.tag_loads()) {
+        if let Err(error) = self.tag_loads() {
             self.dynamics = kept;
             return Err(error.into());
         }

@@ -14,7 +14,7 @@ const MAX_BYTES: usize = 9_000_000;
 /// A surface with more vertices than this is left to ParaView.
 const MAX_VERTICES: usize = 80_000;
 /// The scalar fields that the view can show, if the surface has them.
-const SCALARS: [&str; 3] = ["normal_strain", "shear_strain", "von_mises"];
+const SCALARS: [&str; 4] = ["normal_strain", "shear_strain", "von_mises", "velocity_x"];
 
 /// An undeformed surface, shared by all frames until the next remesh.
 #[derive(Debug, Serialize)]

@@ -86,6 +86,7 @@
     ["shear_strain", "shear strain |e n − (n·e·n) n|", "", false],
     ["displacement", "displacement, magnitude", data.length_unit, false],
     ["von_mises", "von Mises stress", data.stress_unit, false],
+    ["velocity_x", "velocity along x", data.velocity_unit, true],
   ];
   const has = (f, key) => (key === "displacement" ? f.u !== null : key in f.scalars);
   const fields = known.filter(([key]) => frames.length && frames.every((f) => has(f, key)));
