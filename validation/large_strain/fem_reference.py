@@ -3,8 +3,10 @@
     pip install numpy scipy scikit-fem
     python fem_reference.py
 
-Energy density mu/2 (F:F - d) - mu ln J + lambda/2 (ln J)^2; quadratic quadrilaterals (plane strain) and quadratic
-hexahedra, graded towards the clamp, Newton to 1e-9. Writes block_tension.csv, block_shear.csv (displacement at the sample
+Energy density mu/2 (F:F - d) - mu ln J + lambda/2 (ln J)^2; quadratic quadrilaterals (plane
+strain) and quadratic
+hexahedra, graded towards the clamp, Newton to 1e-9. Writes block_tension.csv, block_shear.csv
+(displacement at the sample
 points) and cube.csv (extension of the cube on several meshes); prints how far two meshes differ.
 """
 
@@ -12,8 +14,18 @@ from pathlib import Path
 
 import numpy as np
 from skfem import (
-    Basis, BilinearForm, ElementHex2, ElementQuad2, ElementVector, FacetBasis, Functional, LinearForm, MeshHex, MeshQuad,
-    condense, solve,
+    Basis,
+    BilinearForm,
+    ElementHex2,
+    ElementQuad2,
+    ElementVector,
+    FacetBasis,
+    Functional,
+    LinearForm,
+    MeshHex,
+    MeshQuad,
+    condense,
+    solve,
 )
 from skfem.helpers import ddot, det, grad, inv, mul, transpose
 
@@ -35,7 +47,7 @@ def internal(v, w):
 
 @BilinearForm
 def stiffness(du, v, w):
-    f, i, j = kinematics(w)
+    _, i, j = kinematics(w)
     df, it = grad(du), transpose(i)
     t = mul(it, mul(transpose(df), it))
     return ddot(MU * (df + t) + LAMBDA * (ddot(it, df) * it - np.log(j) * t), grad(v))
@@ -65,13 +77,16 @@ def newton(basis, u, load, held):
             return u
         tangent, shift = stiffness.assemble(basis, u=field), 0.0
         du = solve(*condense(tangent, residual, D=held))
-        # At the corners of the clamps the body may be about to fold: there the tangent is not positive.
+        # At the corners of the clamps the body may be about to fold: there the tangent is not
+        positive.
         while residual[free] @ du[free] <= 0:
             shift = max(10 * shift, 1e-3)
             du = solve(*condense(tangent + shift * undeformed, residual, D=held))
         # Down the potential: the whole step may wander.
         before, slope, step = potential(basis, u, load), residual[free] @ du[free], 1.0
-        while not potential(basis, u + step * du, load) <= before - 1e-4 * step * slope + 1e-13 * abs(before):
+        while not potential(
+            basis, u + step * du, load
+        ) <= before - 1e-4 * step * slope + 1e-13 * abs(before):
             step /= 2
         u = u + step * du
     raise RuntimeError("Newton did not converge")
@@ -99,11 +114,15 @@ def tension(n, loads):
 
 
 def shear(steps, sizes):
-    """The unit square held at y = 0, its top moved by 1 along x, on finer and finer meshes; yields (n, basis, u).
+    """The unit square held at y = 0, its top moved by 1 along x, on finer and finer meshes;
+    yields (n, basis, u).
 
-    On meshes of 16 and more the potential has a lower minimum than the smooth solution, in which the surface folds at
-    the two compressed corners. No such fold is seen by particles of 1/20 or 1/40. What is followed here is the
-    smooth equilibrium: the first mesh is too coarse to fold, and the others start from the mesh before.
+    On meshes of 16 and more the potential has a lower minimum than the smooth solution, in which
+    the surface folds at
+    the two compressed corners. No such fold is seen by particles of 1/20 or 1/40. What is
+    followed here is the
+    smooth equilibrium: the first mesh is too coarse to fold, and the others start from the mesh
+    before.
     """
     before = None
     for n in sizes:
@@ -160,11 +179,15 @@ def cube(nx, nz, loads):
     top = mesh.facets_satisfying(lambda p: np.isclose(p[2], 1))
     edge = FacetBasis(mesh, ElementVector(ElementHex2()), facets=top, intorder=4)
     pull = LinearForm(lambda v, w: v.value[2]).assemble(edge)
-    held = np.unique(np.concatenate([
-        basis.get_dofs(lambda p: np.isclose(p[2], 0)).all(),
-        basis.get_dofs(lambda p: np.isclose(p[0], 0)).all("u^1"),
-        basis.get_dofs(lambda p: np.isclose(p[1], 0)).all("u^2"),
-    ]))
+    held = np.unique(
+        np.concatenate(
+            [
+                basis.get_dofs(lambda p: np.isclose(p[2], 0)).all(),
+                basis.get_dofs(lambda p: np.isclose(p[0], 0)).all("u^1"),
+                basis.get_dofs(lambda p: np.isclose(p[1], 0)).all("u^2"),
+            ]
+        )
+    )
     u = basis.zeros()
     for load in loads:
         u = newton(basis, u, load * pull, held)
@@ -182,7 +205,10 @@ def main():
         coarse, fine = (sample(basis, u, points) for basis, u in found[-2:])
         difference = np.sqrt(((coarse - fine) ** 2).sum() / (fine**2).sum())
         energies = [energy.assemble(basis, u=basis.interpolate(u)) for basis, u in found]
-        print(f"{name}: L2 difference of the two finest meshes {difference:.2e}, energies {np.round(energies, 6)}")
+        print(
+            f"{name}: L2 difference of the two finest meshes {difference:.2e}, energies
+            {np.round(energies, 6)}"
+        )
         rows = np.hstack([points, fine])
         np.savetxt(HERE / f"block_{name}.csv", rows, "%.8f", ",", header="x,y,u_x,u_y", comments="")
     with open(HERE / "cube.csv", "w") as f:

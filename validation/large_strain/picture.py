@@ -3,7 +3,8 @@
     pip install numpy h5py matplotlib
     cargo build --release && python validation/large_strain/picture.py target/release/rsph
 
-Runs scenarios/block_large_strain.toml with one remesh near its end and draws the frames on both sides of it.
+Runs scenarios/block_large_strain.toml with one remesh near its end and draws the frames on both
+sides of it.
 """
 
 import json
@@ -46,12 +47,16 @@ def main() -> None:
         dt = json.loads((once / "summary.json").read_text())["dt"]
         # Between the frames at t = 7.8 and t = 8.
         steps = round(7.9 / dt)
-        moments = frames(run(program, Path(temporary) / "block", f"remesh.every={steps}") / "particles.vtkhdf")[-2:]
+        moments = frames(
+            run(program, Path(temporary) / "block", f"remesh.every={steps}") / "particles.vtkhdf"
+        )[-2:]
     figure, axes = plt.subplots(1, 2, figsize=(7.2, 4.4), sharey=True, layout="constrained")
     top = max(m["stress"].max() for m in moments)
     for axis, moment, title in zip(axes, moments, ("before", "after"), strict=True):
         x = moment["x"]
-        dots = axis.scatter(x[:, 0], x[:, 1], c=moment["stress"], s=9, vmin=0, vmax=top, cmap="viridis")
+        dots = axis.scatter(
+            x[:, 0], x[:, 1], c=moment["stress"], s=9, vmin=0, vmax=top, cmap="viridis"
+        )
         axis.set_title(f"{title} the remesh: {len(x)} particles", fontsize=10)
         axis.set_aspect("equal")
     figure.colorbar(dots, ax=axes, label="von Mises stress", shrink=0.8)
