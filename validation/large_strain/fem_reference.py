@@ -77,8 +77,7 @@ def newton(basis, u, load, held):
             return u
         tangent, shift = stiffness.assemble(basis, u=field), 0.0
         du = solve(*condense(tangent, residual, D=held))
-        # At the corners of the clamps the body may be about to fold: there the tangent is not
-        positive.
+        # At the corners of the clamps the body may fold: there the tangent is not positive.
         while residual[free] @ du[free] <= 0:
             shift = max(10 * shift, 1e-3)
             du = solve(*condense(tangent + shift * undeformed, residual, D=held))
@@ -205,10 +204,8 @@ def main():
         coarse, fine = (sample(basis, u, points) for basis, u in found[-2:])
         difference = np.sqrt(((coarse - fine) ** 2).sum() / (fine**2).sum())
         energies = [energy.assemble(basis, u=basis.interpolate(u)) for basis, u in found]
-        print(
-            f"{name}: L2 difference of the two finest meshes {difference:.2e}, energies
-            {np.round(energies, 6)}"
-        )
+        print(f"{name}: L2 difference of the two finest meshes {difference:.2e}")
+        print(f"{name}: energies {np.round(energies, 6)}")
         rows = np.hstack([points, fine])
         np.savetxt(HERE / f"block_{name}.csv", rows, "%.8f", ",", header="x,y,u_x,u_y", comments="")
     with open(HERE / "cube.csv", "w") as f:
