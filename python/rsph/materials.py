@@ -11,7 +11,7 @@ from typing import NamedTuple
 from rsph import _rsph
 from rsph._scenario import check
 
-__all__ = ["KelvinVoigt", "Material", "Model", "Parameter", "model", "models"]
+__all__ = ["KelvinVoigt", "Material", "Model", "NeoHookean", "Parameter", "model", "models"]
 
 
 class Parameter(NamedTuple):
@@ -84,6 +84,33 @@ class KelvinVoigt(Material):
     ) -> None:
         super().__init__(
             "kelvin-voigt",
+            density=density,
+            young_modulus=young_modulus,
+            poisson_ratio=poisson_ratio,
+            relaxation_time=relaxation_time,
+        )
+
+
+class NeoHookean(Material):
+    """Compressible neo-Hookean solid with Kelvin-Voigt damping, for large strain and rotation.
+
+    Args:
+        density: undeformed density (kg/m^3).
+        young_modulus: Young's modulus at small strain (Pa).
+        poisson_ratio: Poisson's ratio at small strain, greater than -1 and less than 0.5.
+        relaxation_time: relaxation time of the damping (s); 0 switches it off.
+    """
+
+    def __init__(
+        self,
+        *,
+        density: float,
+        young_modulus: float,
+        poisson_ratio: float,
+        relaxation_time: float,
+    ) -> None:
+        super().__init__(
+            "neo-hookean",
             density=density,
             young_modulus=young_modulus,
             poisson_ratio=poisson_ratio,

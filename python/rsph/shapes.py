@@ -13,7 +13,7 @@ from rsph import _rsph
 from rsph._scenario import Vector, vector
 from rsph.errors import InputError, RsphWarning
 
-__all__ = ["Box", "Cylinder", "Mesh", "Organ", "Shape", "Sphere", "organs"]
+__all__ = ["Box", "Cylinder", "Disc", "Mesh", "Organ", "Rectangle", "Shape", "Sphere", "organs"]
 
 
 class Shape:
@@ -97,6 +97,29 @@ class Cylinder(Shape):
         self._shape = _rsph.Shape.cylinder(radius, height, axis, centre)
 
 
+class Rectangle(Shape):
+    """An axis-aligned rectangle in the plane, for plane strain of thickness one.
+
+    Args:
+        size: edge lengths (m) along x and y.
+        corner: its lower corner (m).
+    """
+
+    def __init__(
+        self, *, size: tuple[float, float], corner: tuple[float, float] = (0.0, 0.0)
+    ) -> None:
+        self._shape = _rsph.Shape.rectangle(
+            _pair("body.shape.rectangle.size", size), _pair("body.shape.rectangle.corner", corner)
+        )
+
+
+class Disc(Shape):
+    """A disc of that radius (m) around ``centre`` (m) in the plane, for plane strain."""
+
+    def __init__(self, *, radius: float, centre: tuple[float, float] = (0.0, 0.0)) -> None:
+        self._shape = _rsph.Shape.disc(radius, _pair("body.shape.disc.centre", centre))
+
+
 class Organ(Shape):
     """An organ of an adult that the program builds itself; metres, y up. See :func:`organs`."""
 
@@ -143,6 +166,11 @@ class Mesh(Shape):
 def organs() -> list[str]:
     """Names of the organs that :class:`Organ` knows."""
     return _rsph.organ_names()
+
+
+def _pair(key: str, values: tuple[float, float]) -> list[float]:
+    """Two coordinates in the plane."""
+    return vector(key, [*values, 0.0])[:2]
 
 
 def _indices(triangles: npt.ArrayLike) -> npt.NDArray[np.uint32]:

@@ -100,7 +100,8 @@ class Simulation:
         formulation: ``"adjoint"``, which is stable, or ``"paper"``, which is the paper's to the
             letter and is not.
         smoothing: smoothing length in spacings; by default 1.25.
-        hourglass: weight of the hourglass term; by default 0.1.
+        hourglass: weight of the hourglass term; by default 0.1, or 0.2 for a material for large
+            strain.
         dt: time step (s), or ``"auto"`` for 0.9 of the stability limit.
         allow_unstable: accept a ``dt`` above the stability limit.
         remesh_every: time steps between remeshings, 0 for never, or ``"auto"``: when the strain has

@@ -37,7 +37,7 @@ pub enum FailureKind {
     NotFinite,
     /// The energy grew beyond the work done on the body, or the strain beyond any meaning.
     Unstable,
-    /// A particle was turned inside out: det(I + grad u) <= 0 in the `paper` formulation.
+    /// A particle was turned inside out, det F <= 0, or the body can not be laid anew.
     Inverted,
     /// The particles have flown so far apart that no lattice holds them.
     Scattered,

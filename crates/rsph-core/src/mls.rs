@@ -39,6 +39,11 @@ impl PointWeights {
     /// Weights at `points` of the particles of `cloud`. They sum to 1 and reproduce linear fields.
     pub fn new(cloud: &Cloud<'_>, points: &[Vec3]) -> Self {
         let rows: Vec<Vec<(u32, f64)>> = points.par_iter().map(|x| cloud.weights_at(x)).collect();
+        Self::from_rows(&rows)
+    }
+
+    /// Weights from a list of (particle, weight) for each point.
+    pub fn from_rows(rows: &[Vec<(u32, f64)>]) -> Self {
         let mut starts = vec![0];
         starts.extend(rows.iter().scan(0, |sum, row| {
             *sum += row.len();
@@ -117,10 +122,10 @@ impl<'a> Cloud<'a> {
     /// Particles within `radius` of `x`, with their distance.
     fn around(&self, x: &Vec3, radius: f64) -> Vec<(usize, f64)> {
         let mut found = Vec::with_capacity(128);
-        self.cells.around(x, radius, |a| {
-            let d = (self.positions[a] - x).norm();
+        self.cells.visit_near(x, radius, |a| {
+            let d = (self.positions[a as usize] - x).norm();
             if d < radius {
-                found.push((a, d));
+                found.push((a as usize, d));
             }
         });
         found

@@ -9,6 +9,7 @@ mod columns;
 mod fold;
 mod follow;
 mod gather;
+pub mod inversion;
 mod nodes;
 mod scatter;
 

@@ -211,6 +211,11 @@ pub struct Solver {
     pub hourglass: f64,
 }
 
+impl Solver {
+    /// Weight of the hourglass term that suits large strain.
+    pub const LARGE_STRAIN_HOURGLASS: f64 = 0.2;
+}
+
 impl Default for Solver {
     fn default() -> Self {
         Self { formulation: Formulation::Adjoint, smoothing: 1.25, hourglass: 0.1 }

@@ -4,6 +4,7 @@
 mod balance;
 mod checks;
 mod fsi_1d;
+mod large_strain;
 mod model;
 mod prescribed;
 mod remeshing;
@@ -26,6 +27,7 @@ use crate::tensor::Vec3;
 use crate::watch::Watch;
 use balance::Balance;
 use fsi_1d::FluidBesideSolid;
+use large_strain::LargeSolid;
 use model::{Model, Moment, Parts};
 use prescribed::PrescribedBody;
 use remeshing::Remeshing;
@@ -90,7 +92,9 @@ impl Simulation {
     pub fn new(setup: Setup) -> Result<Self, InvalidInput> {
         checks::check_solver(&setup.solver)?;
         let parts = match &setup.mechanics {
-            Mechanics::Solid => Solid::parts(&setup)?,
+            Mechanics::Solid if setup.material.finite_strain().is_none() => Solid::parts(&setup)?,
+            Mechanics::Solid if setup.shape.dimension() == 2 => LargeSolid::<2>::parts(&setup)?,
+            Mechanics::Solid => LargeSolid::<3>::parts(&setup)?,
             Mechanics::Prescribed(prescription) => PrescribedBody::parts(&setup, prescription)?,
             Mechanics::Interaction(setting) => FluidBesideSolid::parts(&setup, setting)?,
         };

@@ -152,7 +152,8 @@ fn loads_on_a_curved_organ_keep_force_and_moment() {
         positions: &positions,
         area_vectors: &[],
         spacing: dx,
-        smoothing_length: 1.25 * dx,
+        face_depth: 3.3 * 1.25 * dx,
+        face_tolerance: 0.01,
         tolerance: 1e-3 * dx,
     };
     let ramp = Ramp::default();

@@ -7,7 +7,9 @@ use pyo3::prelude::*;
 use rsph_core::error::InvalidInput;
 use rsph_core::mesh::TriangleMesh;
 use rsph_core::region::Axis;
-use rsph_core::shape::{self as core, BoxShape, CylinderShape, MeshShape, SphereShape};
+use rsph_core::shape::{
+    self as core, BoxShape, CylinderShape, DiscShape, MeshShape, RectangleShape, SphereShape,
+};
 use rsph_core::tensor::Vec3;
 use rsph_scenario::mesh_io::read_mesh;
 use std::path::PathBuf;
@@ -64,6 +66,18 @@ impl Shape {
             }
         };
         Self::analytic(CylinderShape::new(axis, radius, height, centre.into()))
+    }
+
+    /// A rectangle in the plane.
+    #[staticmethod]
+    fn rectangle(size: [f64; 2], corner: [f64; 2]) -> PyResult<Self> {
+        Self::analytic(RectangleShape::new(size, corner))
+    }
+
+    /// A disc in the plane.
+    #[staticmethod]
+    fn disc(radius: f64, centre: [f64; 2]) -> PyResult<Self> {
+        Self::analytic(DiscShape::new(radius, centre))
     }
 
     /// An organ that the program builds itself.

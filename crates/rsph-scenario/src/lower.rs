@@ -44,10 +44,11 @@ impl LoadedScenario {
         let time_step = time_step(doc, &tables.time)?;
         let frame_interval = frame_interval(doc, tables)?;
         let mechanics = motion::mechanics(doc, tables)?;
-        let remesh = motion::remesh(doc, tables, &mechanics)?;
-        let solver = solver(doc, &tables.solver)?;
         let resolution = resolution(doc, &tables.body)?;
         let material = motion::material(doc, tables, &mechanics)?;
+        let large_strain = material.finite_strain().is_some();
+        let remesh = motion::remesh(doc, tables, &mechanics, large_strain)?;
+        let solver = solver(doc, &tables.solver, large_strain)?;
         let initial = Initial {
             displacement: parts::field(tables.initial.displacement.as_ref()),
             velocity: parts::field(tables.initial.velocity.as_ref()),
@@ -136,13 +137,15 @@ fn frame_interval(doc: &Document, tables: &Scenario) -> Result<f64, ScenarioErro
     Ok(every)
 }
 
-fn solver(doc: &Document, table: &SolverTable) -> Result<Solver, ScenarioError> {
+fn solver(doc: &Document, table: &SolverTable, large_strain: bool) -> Result<Solver, ScenarioError> {
     let path = KeyPath::from("solver");
     positive(doc, &path.key("smoothing"), table.smoothing, "the smoothing length in spacings")?;
-    zero_or_more(doc, &path.key("hourglass"), table.hourglass, "the weight of the hourglass term")?;
+    let usual = if large_strain { Solver::LARGE_STRAIN_HOURGLASS } else { Solver::default().hourglass };
+    let hourglass = table.hourglass.unwrap_or(usual);
+    zero_or_more(doc, &path.key("hourglass"), hourglass, "the weight of the hourglass term")?;
     let formulation = match table.formulation {
         FormulationName::Adjoint => Formulation::Adjoint,
         FormulationName::Paper => Formulation::Paper,
     };
-    Ok(Solver { formulation, smoothing: table.smoothing, hourglass: table.hourglass })
+    Ok(Solver { formulation, smoothing: table.smoothing, hourglass })
 }

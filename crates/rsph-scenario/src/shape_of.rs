@@ -2,7 +2,9 @@
 
 use crate::mesh_io::read_mesh;
 use crate::scenario::{BodyTable, Document, KeyPath, ScenarioError, ShapeTable};
-use rsph_core::shape::{BoxShape, CylinderShape, MeshShape, Shape, SphereShape, organ};
+use rsph_core::shape::{
+    BoxShape, CylinderShape, DiscShape, MeshShape, RectangleShape, Shape, SphereShape, organ,
+};
 use rsph_core::tensor::Vec3;
 use std::path::Path;
 use std::sync::Arc;
@@ -29,6 +31,12 @@ pub fn shape_of(
         ShapeTable::Cylinder { radius, height, axis, centre } => plain(Arc::new(
             CylinderShape::new(axis.axis(), *radius, *height, Vec3::from(*centre)).map_err(refused)?,
         )),
+        ShapeTable::Rectangle { size, corner } => {
+            plain(Arc::new(RectangleShape::new(*size, *corner).map_err(refused)?))
+        }
+        ShapeTable::Disc { radius, centre } => {
+            plain(Arc::new(DiscShape::new(*radius, *centre).map_err(refused)?))
+        }
         ShapeTable::Organ(name) => plain(Arc::new(organ(&name.0).map_err(refused)?)),
         ShapeTable::Mesh { path, scale } => {
             let place = KeyPath::from("body.shape.mesh");

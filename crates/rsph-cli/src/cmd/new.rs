@@ -14,6 +14,7 @@ Templates:
   tensile_liver         tensile test of a cube, stiff
   tensile_kidney        tensile test of a cube, soft: it overshoots
   hanging_column        a column under its own weight
+  block_large_strain    a plane block, pulled by 40 % and remeshed
   deformation           a sphere that a given velocity field tears
   deformation_remeshed  the same with remeshing: it stays whole
   fsi_1d                a viscous fluid beside an elastic solid, on a line
@@ -35,6 +36,7 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("tensile_liver_remeshed", include_str!("../../../../scenarios/tensile_liver_remeshed.toml")),
     ("tensile_kidney", include_str!("../../../../scenarios/tensile_kidney.toml")),
     ("hanging_column", include_str!("../../../../scenarios/hanging_column.toml")),
+    ("block_large_strain", include_str!("../../../../scenarios/block_large_strain.toml")),
     ("deformation", include_str!("../../../../scenarios/deformation.toml")),
     ("deformation_remeshed", include_str!("../../../../scenarios/deformation_remeshed.toml")),
     ("fsi_1d", include_str!("../../../../scenarios/fsi_1d.toml")),

@@ -1,14 +1,15 @@
 //! Loads on the flat faces of a box: with the area vectors of the operator, so that a uniform traction
 //! meets a uniform stress exactly.
 
+use super::load::LoadedBody;
 use crate::grid::Bounds;
 use crate::region::Region;
 use crate::tensor::Vec3;
 
-/// Depth below the face, in smoothing lengths, over which its area vectors spread.
-const DEPTH: f64 = 3.3;
-/// Largest relative deviation of their sum from the face's area.
-const TOLERANCE: f64 = 0.01;
+/// Depth below a face, in smoothing lengths, over which its area vectors spread on an undeformed lattice.
+pub const DEPTH: f64 = 3.3;
+/// Largest relative deviation of their sum from the face's area on an undeformed lattice.
+pub const TOLERANCE: f64 = 0.01;
 
 /// A face of a box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,21 +59,15 @@ impl Face {
     /// Forces A_a.n / S on the particles for a unit traction times area along the normal, where
     /// S = sum A.n over the area is 1 but for the quality of the lattice; `None` when it is not: a body
     /// too thin for its spacing, whose other faces reach into this one's area vectors.
-    pub fn shares(
-        &self,
-        bounds: &Bounds,
-        area_vectors: &[Vec3],
-        positions: &[Vec3],
-        smoothing_length: f64,
-    ) -> Option<Vec<f64>> {
+    pub fn shares(&self, bounds: &Bounds, body: &LoadedBody<'_>) -> Option<Vec<f64>> {
         let normal = self.normal();
         let at = if self.upper { bounds.max[self.axis] } else { bounds.min[self.axis] };
         let size = bounds.size();
         let area = size[(self.axis + 1) % 3] * size[(self.axis + 2) % 3];
-        let near = |x: &Vec3| (x[self.axis] - at).abs() < DEPTH * smoothing_length;
+        let near = |x: &Vec3| (x[self.axis] - at).abs() < body.face_depth;
         let share = |(x, a): (&Vec3, &Vec3)| if near(x) { a.dot(&normal) } else { 0.0 };
-        let shares: Vec<f64> = positions.iter().zip(area_vectors).map(share).collect();
+        let shares: Vec<f64> = body.positions.iter().zip(body.area_vectors).map(share).collect();
         let s = shares.iter().sum::<f64>() / area;
-        ((s - 1.0).abs() < TOLERANCE).then(|| shares.iter().map(|f| f / s).collect())
+        ((s - 1.0).abs() < body.face_tolerance).then(|| shares.iter().map(|f| f / s).collect())
     }
 }

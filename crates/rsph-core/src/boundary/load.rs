@@ -31,8 +31,10 @@ pub struct LoadedBody<'a> {
     pub area_vectors: &'a [Vec3],
     /// Spacing dx.
     pub spacing: f64,
-    /// Smoothing length h.
-    pub smoothing_length: f64,
+    /// Depth below a flat face over which its area vectors spread.
+    pub face_depth: f64,
+    /// Largest relative deviation of their sum from the area of the face.
+    pub face_tolerance: f64,
     /// Tolerance of regions (a length).
     pub tolerance: f64,
 }
@@ -122,7 +124,7 @@ fn flat_faces(body: &LoadedBody<'_>, region: &Region, traction: &dyn Fn(&Vec3) -
     let mut force = vec![0.0; 3 * n];
     for face in faces {
         let traction = traction(&face.normal());
-        let shares = face.shares(&bounds, body.area_vectors, body.positions, body.smoothing_length)?;
+        let shares = face.shares(&bounds, body)?;
         for (a, share) in shares.into_iter().enumerate() {
             for i in 0..3 {
                 force[i * n + a] += traction[i] * share;

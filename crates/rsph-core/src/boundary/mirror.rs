@@ -45,6 +45,54 @@ pub struct Ghost {
 #[derive(Clone, Debug)]
 pub struct Group {
     planes: Vec<usize>,
+    /// Diagonal of the reflection.
+    pub reflection: Vec3,
+    /// s, the sign with which each component is mirrored.
+    pub sign: Vec3,
+}
+
+impl Group {
+    /// Every set of planes with different axes: a face, an edge, a corner.
+    pub fn all(planes: &[MirrorPlane]) -> Vec<Self> {
+        (1..1_usize << planes.len())
+            .map(|set| (0..planes.len()).filter(|p| set >> p & 1 == 1).collect::<Vec<_>>())
+            .filter(|g| (0..3).all(|axis| g.iter().filter(|&&p| planes[p].axis == axis).count() <= 1))
+            .map(|group| {
+                let (mut reflection, mut sign) = (Vec3::repeat(1.0), Vec3::repeat(1.0));
+                for plane in group.iter().map(|&p| &planes[p]) {
+                    reflection[plane.axis] = -1.0;
+                    for i in 0..3 {
+                        sign[i] *= if plane.fix[i] { -1.0 } else { 1.0 };
+                    }
+                }
+                Self { planes: group, reflection, sign }
+            })
+            .collect()
+    }
+
+    /// The mirror image of a place.
+    pub fn image(&self, planes: &[MirrorPlane], x: &Vec3) -> Vec3 {
+        let mut image = *x;
+        for plane in self.planes.iter().map(|&p| &planes[p]) {
+            image[plane.axis] = 2.0 * plane.at - image[plane.axis];
+        }
+        image
+    }
+
+    /// The constant (1 - s) u_D of its ghosts' displacement, where `plane_value(p)` is u_D (or its rate) of
+    /// plane number p.
+    pub fn offset(&self, planes: &[MirrorPlane], plane_value: impl Fn(usize) -> Vec3) -> Vec3 {
+        let mut out = Vec3::zeros();
+        for &p in &self.planes {
+            let u_d = plane_value(p);
+            for i in 0..3 {
+                if planes[p].fix[i] {
+                    out[i] = 2.0 * u_d[i] - out[i];
+                }
+            }
+        }
+        out
+    }
 }
 
 /// All mirror ghosts of a body.
@@ -61,23 +109,12 @@ impl Mirror {
     pub fn new(lattice: &Lattice, origin: &Vec3, positions: &[Vec3], planes: Vec<MirrorPlane>) -> Self {
         let kernel = QuarticSpline::<3>::new(lattice.smoothing_length);
         let support = kernel.support() * (1.0 - 1e-9);
-        // Every set of planes with different axes: a face, an edge, a corner.
-        let groups: Vec<Group> = (1..1_usize << planes.len())
-            .map(|set| Group { planes: (0..planes.len()).filter(|p| set >> p & 1 == 1).collect() })
-            .filter(|g| (0..3).all(|axis| g.planes.iter().filter(|&&p| planes[p].axis == axis).count() <= 1))
-            .collect();
+        let groups = Group::all(&planes);
         let (mut starts, mut ghosts) = (vec![0], Vec::new());
         for (a, x_a) in positions.iter().enumerate() {
             for (g, group) in groups.iter().enumerate() {
-                let (mut reflection, mut sign) = (Vec3::repeat(1.0), Vec3::repeat(1.0));
-                let mut image = *x_a;
-                for plane in group.planes.iter().map(|&p| &planes[p]) {
-                    image[plane.axis] = 2.0 * plane.at - image[plane.axis];
-                    reflection[plane.axis] = -1.0;
-                    for i in 0..3 {
-                        sign[i] *= if plane.fix[i] { -1.0 } else { 1.0 };
-                    }
-                }
+                let (reflection, sign) = (group.reflection, group.sign);
+                let image = group.image(&planes, x_a);
                 // |x_ghost(m) - x_a| = |x_m - image of a|: search around the image.
                 let low: [isize; 3] = std::array::from_fn(|i| {
                     ((image[i] - origin[i] - support) / lattice.spacing - 0.5).ceil() as isize
@@ -134,15 +171,9 @@ impl Mirror {
     /// `plane_value(motion)` is u_D (or its rate).
     pub fn offsets(&self, out: &mut [Vec3], plane_value: impl Fn(&Motion) -> Vec3) {
         for (group, out) in self.groups.iter().zip(out) {
-            *out = Vec3::zeros();
-            for plane in group.planes.iter().map(|&p| &self.planes[p]) {
-                let u_d = plane.motion.as_ref().map_or_else(Vec3::zeros, &plane_value);
-                for i in 0..3 {
-                    if plane.fix[i] {
-                        out[i] = 2.0 * u_d[i] - out[i];
-                    }
-                }
-            }
+            *out = group.offset(&self.planes, |p| {
+                self.planes[p].motion.as_ref().map_or_else(Vec3::zeros, &plane_value)
+            });
         }
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod elastic;
 pub mod fsi_1d;
+pub mod large_strain;
 pub mod paper;
 pub mod prescribed;
 

@@ -1,9 +1,13 @@
 //! Materials. One model a file, plus one line in [`REGISTRY`].
 
+mod finite_strain;
 mod kelvin_voigt;
+mod neo_hookean;
 mod passive;
 
+pub use finite_strain::FiniteStrain;
 pub use kelvin_voigt::KelvinVoigt;
+pub use neo_hookean::NeoHookean;
 pub use passive::Passive;
 
 use crate::error::InvalidInput;
@@ -26,6 +30,11 @@ pub trait Material: Debug + Send + Sync {
     fn energy_density(&self, strain: SymTensor) -> f64;
     /// P-wave modulus lambda + 2 mu (Pa): sets the time step and the scale of the hourglass term.
     fn p_wave_modulus(&self) -> f64;
+    /// The law for large deformation, if it has one; the functions of strain above are then its limit for
+    /// small strain.
+    fn finite_strain(&self) -> Option<&dyn FiniteStrain> {
+        None
+    }
 }
 
 /// One parameter of a material model.
@@ -58,7 +67,7 @@ pub struct Model {
 }
 
 /// All material models.
-pub const REGISTRY: &[Model] = &[kelvin_voigt::MODEL];
+pub const REGISTRY: &[Model] = &[kelvin_voigt::MODEL, neo_hookean::MODEL];
 
 /// The model of that name.
 pub fn model(name: &str) -> Option<&'static Model> {

@@ -31,7 +31,7 @@ pub(super) fn with_spacing(
     let refuse =
         |problem: String, remedy: String| Err(InvalidInput::new("body.spacing", spacing, problem, remedy));
     let size = shape.bounds().size();
-    let widest = size.max();
+    let widest = size.iter().take(shape.dimension()).copied().fold(0.0, f64::max);
     if !(spacing.is_finite() && spacing > 0.0) {
         return refuse(
             "the spacing of the particles must be a positive, finite length".into(),
@@ -40,7 +40,8 @@ pub(super) fn with_spacing(
     }
     let cells = cells_around(shape, spacing);
     if cells > MAX_CELLS {
-        let bytes = BYTES_A_CELL * cells + BYTES_A_PARTICLE * shape.volume() / spacing.powi(3);
+        let particles = shape.volume() / spacing.powi(shape.dimension() as i32);
+        let bytes = BYTES_A_CELL * cells + BYTES_A_PARTICLE * particles;
         return refuse(
             format!(
                 "the lattice would have {cells:.3e} cells, more than the {MAX_CELLS:.0e} that fit, and take \
@@ -60,27 +61,31 @@ pub(super) fn with_spacing(
                 short(size.y),
                 short(size.z)
             ),
-            format!("try {}", short((shape.volume() / 1000.0).cbrt())),
+            format!("try {}", short((shape.volume() / 1000.0).powf(1.0 / shape.dimension() as f64))),
         );
     }
     Ok(occupied)
 }
 
 /// The lattice around the shape. Boxes: from the lower corner, the spacing snapped so that an edge
-/// which is nearly a whole number of spacings is exactly that. Other shapes: centred.
+/// which is nearly a whole number of spacings is exactly that. Other shapes: centred. Plane bodies have one
+/// layer of cells around z = 0.
 pub(super) fn lattice(shape: &dyn Shape, spacing: f64, alignment: &[Alignment]) -> Grid {
     let bounds = shape.bounds();
     let size = bounds.size();
     let mut spacing = spacing;
     if shape.is_box() {
-        let snapped = size.iter().find_map(|&s| {
+        let snapped = size.iter().take(shape.dimension()).find_map(|&s| {
             let n = (s / spacing).round();
             (n >= 1.0 && (s / spacing - n).abs() <= SNAP).then(|| s / n)
         });
         spacing = snapped.unwrap_or(spacing);
     }
     let mut grid = Grid { origin: bounds.min, spacing, cells: [1; 3] };
-    for i in 0..3 {
+    if shape.dimension() == 2 {
+        grid.origin.z = -0.5 * spacing;
+    }
+    for i in 0..shape.dimension() {
         let needed = |length: f64| ((length / spacing - 1e-6).ceil() as usize).max(1);
         if let Some(a) = alignment.iter().rev().find(|a| a.axis == i) {
             // The highest lattice plane (a face between cells) at or below the body.
@@ -101,12 +106,15 @@ pub(super) fn lattice(shape: &dyn Shape, spacing: f64, alignment: &[Alignment]) 
 
 /// Number of cells of the lattice with its margin; infinite for a spacing that is far too small.
 pub(super) fn cells_around(shape: &dyn Shape, spacing: f64) -> f64 {
-    shape.bounds().size().iter().map(|s| (s / spacing).ceil() + 2.0 * MARGIN as f64 + 1.0).product()
+    let size = shape.bounds().size();
+    size.iter().take(shape.dimension()).map(|s| (s / spacing).ceil() + 2.0 * MARGIN as f64 + 1.0).product()
 }
 
 /// The smallest spacing whose lattice fits, rounded up to three digits.
 pub(super) fn smallest_spacing(shape: &dyn Shape) -> f64 {
-    let mut spacing = (shape.bounds().size().product() / MAX_CELLS).cbrt();
+    let size = shape.bounds().size();
+    let extent: f64 = size.iter().take(shape.dimension()).product();
+    let mut spacing = (extent / MAX_CELLS).powf(1.0 / shape.dimension() as f64);
     while spacing > 0.0 && cells_around(shape, spacing) > MAX_CELLS {
         spacing *= 1.01;
     }

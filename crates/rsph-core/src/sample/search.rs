@@ -6,7 +6,7 @@ use super::occupy::{Occupied, occupy};
 use crate::error::InvalidInput;
 use crate::shape::Shape;
 
-/// Corrections of the spacing by the cube root of the ratio of counts.
+/// Corrections of the spacing by the root of the ratio of counts.
 const CORRECTIONS: usize = 6;
 
 /// Particles that the search may count in all, and the limits of the number of lattices it tries.
@@ -27,7 +27,7 @@ pub(super) fn with_count(
     if count == 0 {
         return refuse("a body needs at least one particle".into(), "give a count of 1 or more, e.g. 1000");
     }
-    let start = (shape.volume() / count as f64).cbrt();
+    let start = (shape.volume() / count as f64).powf(1.0 / shape.dimension() as f64);
     let cells = cells_around(shape, start);
     if cells > MAX_CELLS {
         let most = count as f64 * MAX_CELLS / cells;
@@ -67,7 +67,7 @@ impl Search<'_> {
     fn run(&mut self, start: f64) {
         if self.shape.is_box() {
             // A box is filled best by whole cells along its edges: those spacings come first.
-            for &size in &self.shape.bounds().size() {
+            for &size in self.shape.bounds().size().iter().take(self.shape.dimension()) {
                 let nearest = (size / start).round();
                 for n in [nearest, nearest - 1.0, nearest + 1.0] {
                     if n >= 1.0 && self.attempt(size / n) == self.count {
@@ -76,13 +76,14 @@ impl Search<'_> {
                 }
             }
         }
+        let power = 1.0 / self.shape.dimension() as f64;
         let mut spacing = start;
         for _ in 0..CORRECTIONS {
             let found = self.attempt(spacing);
             if found == self.count {
                 return;
             }
-            spacing *= (found as f64 / self.count as f64).cbrt().clamp(0.7, 1.5);
+            spacing *= (found as f64 / self.count as f64).powf(power).clamp(0.7, 1.5);
         }
         let Some(centre) = self.best.as_ref().map(|b| b.spacing) else {
             return;
@@ -118,7 +119,7 @@ impl Search<'_> {
 #[cfg(test)]
 mod tests {
     use crate::sample::{Resolution, sample};
-    use crate::shape::{BoxShape, Shape, SphereShape, organ};
+    use crate::shape::{BoxShape, DiscShape, RectangleShape, Shape, SphereShape, organ};
     use crate::tensor::Vec3;
 
     fn count(shape: &dyn Shape, n: usize) -> usize {
@@ -145,6 +146,16 @@ mod tests {
         }
         assert!(count(&organ("liver").unwrap(), 144).abs_diff(144) <= 2);
         assert!(count(&organ("kidney").unwrap(), 1000).abs_diff(1000) <= 2);
+    }
+
+    #[test]
+    fn plane_bodies_have_one_layer() {
+        let square = RectangleShape::new([2.0, 2.0], [0.0, 1.0]).unwrap();
+        let body = sample(&square, Resolution::Particles(100), &[]).unwrap();
+        assert_eq!(body.grid.cells, [10, 10, 1]);
+        assert!(body.cells.iter().all(|c| body.grid.centre(*c).z.abs() < 1e-15));
+        assert!((body.volume() - 4.0).abs() < 1e-12);
+        assert!(count(&DiscShape::new(1.0, [0.0; 2]).unwrap(), 500).abs_diff(500) <= 8);
     }
 
     #[test]

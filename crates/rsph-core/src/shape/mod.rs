@@ -4,15 +4,20 @@ mod box_shape;
 mod check;
 mod columns;
 mod cylinder;
+mod disc;
 mod fill;
 mod implicit;
 mod kidney;
 mod liver;
+mod rectangle;
+mod slab;
 mod sphere;
 mod triangle_mesh;
 
 pub use box_shape::BoxShape;
 pub use cylinder::CylinderShape;
+pub use disc::DiscShape;
+pub use rectangle::RectangleShape;
 pub use sphere::SphereShape;
 pub use triangle_mesh::MeshShape;
 
@@ -26,6 +31,12 @@ use std::fmt::Debug;
 pub trait Shape: Debug + Send + Sync {
     /// Name for messages and summaries, e.g. `box`, `organ liver`, `mesh liver.stl`.
     fn name(&self) -> String;
+
+    /// 3, or 2 for a plane body: its surface and volume are those of a slab of thickness one about z = 0,
+    /// and its signed distance ignores z.
+    fn dimension(&self) -> usize {
+        3
+    }
 
     /// Signed distance from `x` to the surface, negative inside.
     fn signed_distance(&self, x: &Vec3) -> f64;

@@ -276,8 +276,25 @@ fn failure(error: &LayError, moment: Moment) -> Failure {
     }
 }
 
+/// A plane body, for which there is plane strain at large strain only.
+///
+/// # Errors
+/// `body.shape` when the body is plane.
+pub(super) fn plane_body(setup: &Setup) -> Result<(), InvalidInput> {
+    if setup.shape.dimension() == 3 {
+        return Ok(());
+    }
+    Err(InvalidInput::new(
+        "body.shape",
+        setup.shape.name(),
+        "is a plane body, which needs a material for large strain (plane strain)",
+        "take material.model = \"neo-hookean\", or a body in space such as a box",
+    ))
+}
+
 /// What only a prescribed motion has.
 fn check_solid(setup: &Setup) -> Result<(), InvalidInput> {
+    plane_body(setup)?;
     if let Some(i) = setup.probes.iter().position(|p| p.quantity.field == Field::Colour) {
         return Err(InvalidInput::new(
             format!("probe[{i}].quantity"),

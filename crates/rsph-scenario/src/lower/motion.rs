@@ -147,7 +147,12 @@ pub fn material(
 }
 
 /// Whether, when and how particles are laid anew.
-pub fn remesh(doc: &Document, tables: &Scenario, mechanics: &Mechanics) -> Result<Remesh, ScenarioError> {
+pub fn remesh(
+    doc: &Document,
+    tables: &Scenario,
+    mechanics: &Mechanics,
+    large_strain: bool,
+) -> Result<Remesh, ScenarioError> {
     let solid = matches!(mechanics, Mechanics::Solid);
     let trigger = match (tables.remesh.every, tables.remesh.interval) {
         (EveryValue::Steps(0), Some(t)) => {
@@ -172,12 +177,17 @@ pub fn remesh(doc: &Document, tables: &Scenario, mechanics: &Mechanics) -> Resul
         Some(RemeshKernelName::Lambda42) | None => RemeshKernel::Lambda42,
     };
     let restore_level_set = tables.remesh.restore_level_set.unwrap_or(false);
-    if restore_level_set && !solid {
-        return Err(doc.error(
-            &KeyPath::from("remesh.restore_level_set"),
-            "belongs to a solid: the surface of a prescribed motion is that of the colour, Eq. (8)",
-            "remove it",
-        ));
+    let nothing_to_restore = match (solid, large_strain) {
+        (true, false) => None,
+        (true, true) => {
+            Some("is there for small strain: at large strain the level set is that of the undeformed body")
+        }
+        (false, _) => {
+            Some("belongs to a solid: the surface of a prescribed motion is that of the colour, Eq. (8)")
+        }
+    };
+    if let (true, Some(problem)) = (restore_level_set, nothing_to_restore) {
+        return Err(doc.error(&KeyPath::from("remesh.restore_level_set"), problem, "remove it"));
     }
     Ok(Remesh { trigger, kernel, restore_level_set })
 }

@@ -113,6 +113,22 @@ pub enum ShapeTable {
         #[serde(default)]
         centre: [f64; 3],
     },
+    /// A rectangle in the plane, for plane strain (neo-hookean material); forces are per metre of thickness.
+    Rectangle {
+        /// Edge lengths along x and y (m).
+        size: [f64; 2],
+        /// Its lower corner (m). Default: the origin.
+        #[serde(default)]
+        corner: [f64; 2],
+    },
+    /// A disc in the plane, for plane strain (neo-hookean material).
+    Disc {
+        /// Radius (m).
+        radius: f64,
+        /// Centre (m). Default: the origin.
+        #[serde(default)]
+        centre: [f64; 2],
+    },
     /// An organ that the program builds itself: metres, x from its right end to its left, y up.
     Organ(OrganName),
     /// A closed triangle mesh.
@@ -203,14 +219,14 @@ pub struct SolverTable {
     pub formulation: FormulationName,
     /// Smoothing length h in spacings dx. Default: 1.25.
     pub smoothing: f64,
-    /// Weight of the hourglass term; 0 switches it off. Default: 0.1.
-    pub hourglass: f64,
+    /// Weight of the hourglass term; 0 switches it off. Default: 0.1; 0.2 for a material for large strain.
+    pub hourglass: Option<f64>,
 }
 
 impl Default for SolverTable {
     fn default() -> Self {
         let core = rsph_core::setup::Solver::default();
-        Self { formulation: FormulationName::default(), smoothing: core.smoothing, hourglass: core.hourglass }
+        Self { formulation: FormulationName::default(), smoothing: core.smoothing, hourglass: None }
     }
 }
 

@@ -6,6 +6,7 @@ mod deformation;
 mod figure;
 mod fsi_1d;
 mod kelvin_voigt_bar;
+mod large_strain;
 mod literal;
 mod patch;
 mod remeshed;
@@ -105,6 +106,7 @@ const CASES: &[(&str, Case)] = &[
     ("remeshed", remeshed::run),
     ("deformation", deformation::run),
     ("fsi_1d", fsi_1d::run),
+    ("large_strain", large_strain::run),
 ];
 
 /// Names that [`run`] knows.

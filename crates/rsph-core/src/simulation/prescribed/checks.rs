@@ -1,5 +1,6 @@
 //! What is refused before a prescribed motion starts, and its time step.
 
+use super::super::solid::plane_body;
 use crate::error::InvalidInput;
 use crate::particles::Field;
 use crate::setup::{Prescription, Setup, TimeStep};
@@ -18,6 +19,7 @@ const FIELDS: [Field; 6] =
 /// # Errors
 /// The first of them.
 pub fn check(setup: &Setup, p: &Prescription) -> Result<(), InvalidInput> {
+    plane_body(setup)?;
     let useless = |key: &str, there: bool| {
         let refuse = || {
             InvalidInput::new(

@@ -1,6 +1,7 @@
 //! From particles on a lattice to the solid's dynamics: mirror planes, held particles and loads, by where
 //! the particles were in the undeformed body.
 
+use crate::boundary::flat_face;
 use crate::boundary::load::{LoadedBody, nodal_loads};
 use crate::boundary::mirror::Mirror;
 use crate::boundary::nodal_load::NodalLoad;
@@ -67,7 +68,8 @@ impl Laid {
             positions: &self.undeformed,
             area_vectors: &area,
             spacing,
-            smoothing_length: elastic.lattice.smoothing_length,
+            face_depth: flat_face::DEPTH * elastic.lattice.smoothing_length,
+            face_tolerance: flat_face::TOLERANCE,
             tolerance: 1e-3 * spacing,
         };
         nodal_loads(&setup.loads, &loaded, |points| PointWeights::new(&cloud, points))

@@ -1,0 +1,74 @@
+//! Solids at large strain, with and without remeshing: a cube and a plane block at rest against finite
+//! elements, a disc and a ball that spin freely.
+
+mod rest;
+mod spin;
+
+use super::Row;
+use super::case::history;
+use rsph_core::dynamics::large_strain::body::LargeBody;
+use rsph_core::material::NeoHookean;
+use rsph_core::region::{Axis, Region, Side};
+use rsph_core::sample::Resolution;
+use rsph_core::setup::{
+    Boundary, Initial, Load, Mechanics, Motion, Ramp, Remesh, Setup, Solver, TimeStep, Units,
+};
+use rsph_core::shape::Shape;
+use rsph_core::tensor::Vec3;
+use std::path::Path;
+use std::sync::Arc;
+
+const BLOCK: (&str, &str) =
+    ("block_large_strain.toml", include_str!("../../../../scenarios/block_large_strain.toml"));
+
+/// Extension of the block under the load of the scenario: finite elements (validation/large_strain).
+const BLOCK_EXTENSION: f64 = 0.405546;
+
+pub(super) fn run(quick: bool, _folder: &Path) -> Result<Vec<Row>, String> {
+    let mut rows = rest::cube(quick)?;
+    rows.extend(rest::block(quick)?);
+    rows.extend(spin::disc(quick)?);
+    rows.extend(spin::ball(quick)?);
+    if !quick {
+        let block = history(BLOCK, &[])?;
+        let name = "large strain: block_large_strain.toml at rest";
+        rows.push(Row::within(name, block.last(), BLOCK_EXTENSION, 0.5, "extension"));
+    }
+    Ok(rows)
+}
+
+/// A body of E = 10, nu = 0.3, rho = 1 without damping, at 1/`n` of a unit of length.
+fn setup(shape: impl Shape + 'static, n: usize, hourglass: f64) -> Setup {
+    Setup {
+        units: Units::Normalised,
+        shape: Arc::new(shape),
+        resolution: Resolution::Spacing(1.0 / n as f64),
+        material: Arc::new(NeoHookean::new(1.0, 10.0, 0.3, 0.0).expect("parameters in range")),
+        initial: Initial::default(),
+        boundaries: Vec::new(),
+        loads: Vec::<Load>::new(),
+        mechanics: Mechanics::Solid,
+        remesh: Remesh::default(),
+        solver: Solver { hourglass, ..Solver::default() },
+        time_step: TimeStep::Auto,
+        allow_unstable: false,
+        probes: Vec::new(),
+    }
+}
+
+/// The part of space beyond the plane at `at` across an axis.
+fn beyond(axis: Axis, at: f64, side: Side) -> Region {
+    Region::Plane { axis, at, side }
+}
+
+/// A face that is held, or moved by `displacement` from time 0 to 1.
+fn held(region: Region, displacement: Option<Vec3>) -> Boundary {
+    let ramp = Ramp { from: 0.0, to: 1.0 };
+    let motion = displacement.map(|displacement| Motion::Ramp { displacement, ramp });
+    Boundary { region, fix: [true; 3], motion }
+}
+
+/// The sampled body of a set-up.
+fn body<const D: usize>(setup: &Setup) -> Result<LargeBody<D>, String> {
+    Ok(LargeBody::sampled(setup).map_err(|e| e.to_string())?.0)
+}
