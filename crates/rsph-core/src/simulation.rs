@@ -34,10 +34,13 @@ use remeshing::Remeshing;
 use solid::Solid;
 
 /// Names and SI units of the readings that a kind of body adds to those of its probes, in order.
-pub fn own_readings(mechanics: &Mechanics) -> &'static [(&'static str, &'static str)] {
+pub fn own_readings(
+    mechanics: &Mechanics,
+    trigger: RemeshTrigger,
+) -> &'static [(&'static str, &'static str)] {
     match mechanics {
-        Mechanics::Solid => &[],
-        Mechanics::Prescribed(_) => &[(VOLUME_INSIDE, "m^3")],
+        Mechanics::Solid if trigger == RemeshTrigger::Never => &[],
+        Mechanics::Solid | Mechanics::Prescribed(_) => &[(VOLUME_INSIDE, "m^3")],
         Mechanics::Interaction(_) => fsi_1d::READINGS,
     }
 }
@@ -284,7 +287,13 @@ impl Simulation {
 
     /// The probes' readings of this moment, in order, and then those of [`own_readings`].
     pub fn readings(&mut self) -> Vec<Reading> {
-        self.model.readings(&self.particles, self.time)
+        let mut readings = self.model.readings(&self.particles, self.time);
+        if matches!(self.setup.mechanics, Mechanics::Solid) && self.remesh_log().is_some() {
+            let now = Snapshot { time: self.time, step: self.steps, particles: self.particles.clone() };
+            let value = self.model.surface(&now).mesh.volume();
+            readings.push(Reading { name: VOLUME_INSIDE.into(), value });
+        }
+        readings
     }
 
     /// The conserved sums of this moment.

@@ -57,7 +57,10 @@ fn a_body_in_flight_stays_as_it_is() {
     for mut s in bodies {
         s.initial.velocity = VectorField::Constant(velocity);
         let mut simulation = Simulation::new(s).unwrap();
+        let volume = simulation.readings()[0].value;
         advance(&mut simulation, 1.5);
+        let arrived = simulation.readings()[0].value;
+        assert!((arrived / volume - 1.0).abs() < 1e-9, "volume inside {volume} {arrived}");
         let snapshot = simulation.snapshot();
         let (u, v) = (snapshot.column(Field::Displacement), snapshot.column(Field::Velocity));
         for a in 0..snapshot.len() {
@@ -205,6 +208,9 @@ fn the_level_set_is_carried_or_restored() {
         s.remesh.restore_level_set = restore_level_set;
         s.initial.displacement = affine([0.2, 0.2, 0.2]);
         let mut simulation = Simulation::new(s).unwrap();
+        // A ball of 1.2 times its radius.
+        let (volume, exact) = (simulation.readings()[0].value, std::f64::consts::PI / 6.0 * 1.2_f64.powi(3));
+        assert!((volume / exact - 1.0).abs() < 0.02, "{volume} {exact}");
         simulation.step().unwrap();
         let (dx, snapshot) = (simulation.description().spacing, simulation.snapshot());
         let phi = snapshot.column(Field::LevelSet).values();

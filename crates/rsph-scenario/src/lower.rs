@@ -55,7 +55,7 @@ impl LoadedScenario {
         };
         let boundaries = parts::boundaries(doc, &tables.boundary)?;
         let loads = parts::loads(doc, &tables.load)?;
-        let probes = probes::probes(doc, &tables.probe, &mechanics)?;
+        let probes = probes::probes(doc, &tables.probe, &mechanics, remesh.trigger)?;
         // Last, as reading a mesh takes longest.
         let (shape, notes) = shape_of(doc, &tables.body, self.base_dir())?;
         let setup = Setup {

@@ -43,8 +43,8 @@ pub(super) struct Solid {
     probes: Vec<TaggedProbe>,
     /// The reference positions that the probes' particles were found for.
     probed: Arc<Vec<f64>>,
-    /// Weights of the particles of the undeformed body at the vertices of its surface, and the reference
-    /// positions of those particles.
+    /// Weights of the particles at the vertices of the undeformed surface, and the reference positions of
+    /// the particles that they were found for.
     surface: (PointWeights, Arc<Vec<f64>>),
 }
 
@@ -160,6 +160,12 @@ impl Solid {
         Ok(Parts { model, particles, description })
     }
 
+    /// Weights of particles with these reference positions at the vertices of the undeformed surface.
+    fn weights_on_surface(&self, reference: &Column) -> PointWeights {
+        let positions: Vec<Vec3> = (0..reference.len()).map(|a| reference.vector(a)).collect();
+        PointWeights::new(&Cloud::new(&positions, self.body.grid.spacing), &self.body.surface.vertices)
+    }
+
     /// Particles laid anew with the dynamics of them.
     fn lay(&self, particles: &Particles, time: f64) -> Result<(Relaid, Laid, Elastic), LayError> {
         let setup = &self.setup;
@@ -237,10 +243,7 @@ impl Model for Solid {
         if Arc::ptr_eq(reference, &column.share()) {
             return Surface::new(&self.body.surface, weights, snapshot);
         }
-        let positions: Vec<Vec3> = (0..snapshot.len()).map(|a| column.vector(a)).collect();
-        let cloud = Cloud::new(&positions, self.body.grid.spacing);
-        let weights = PointWeights::new(&cloud, &self.body.surface.vertices);
-        Surface::new(&self.body.surface, &weights, snapshot)
+        Surface::new(&self.body.surface, &self.weights_on_surface(column), snapshot)
     }
 
     fn readings(&mut self, particles: &Particles, time: f64) -> Vec<Reading> {
@@ -250,6 +253,8 @@ impl Model for Solid {
             for probe in &mut self.probes {
                 probe.find(particles.len(), |points| PointWeights::new(&cloud, points));
             }
+            self.surface =
+                (self.weights_on_surface(particles.column(Field::Reference)), Arc::clone(&reference));
             self.probed = reference;
         }
         let mut readings = Vec::new();

@@ -3,7 +3,7 @@
 use super::parts::region;
 use crate::scenario::{Document, KeyPath, ProbeTable, ScenarioError};
 use rsph_core::particles::COLUMNS;
-use rsph_core::setup::{Mechanics, Probe, Quantity};
+use rsph_core::setup::{Mechanics, Probe, Quantity, RemeshTrigger};
 use rsph_core::simulation::own_readings;
 
 /// All `[[probe]]` entries.
@@ -11,9 +11,10 @@ pub fn probes(
     doc: &Document,
     tables: &[ProbeTable],
     mechanics: &Mechanics,
+    trigger: RemeshTrigger,
 ) -> Result<Vec<Probe>, ScenarioError> {
     let mut headers = vec!["time".to_owned()];
-    headers.extend(own_readings(mechanics).iter().map(|(name, _)| (*name).to_owned()));
+    headers.extend(own_readings(mechanics, trigger).iter().map(|(name, _)| (*name).to_owned()));
     let mut probes = Vec::with_capacity(tables.len());
     for (i, table) in tables.iter().enumerate() {
         let path = KeyPath::from("probe").index(i);
