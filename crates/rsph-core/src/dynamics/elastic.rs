@@ -2,6 +2,7 @@
 //! divergence of Eq. (12), its exact adjoint, so that the force is the derivative of a discrete energy
 //! and a free surface needs no force of its own (Eq. 14).
 
+mod linear;
 mod sweeps;
 
 use super::{Dynamics, Energy, ForceSums, Imposed};
@@ -9,11 +10,12 @@ use crate::boundary::fixed::Fixed;
 use crate::boundary::mirror::Mirror;
 use crate::boundary::nodal_load::NodalLoad;
 use crate::lattice::Lattice;
-use crate::material::Material;
+use crate::material::{Material, Tangent};
 use crate::moments::{Moments, moments};
-use crate::ops::{self, PAIR_COMPONENTS};
+use crate::ops::{self, PAIR_COMPONENTS, PerParticle};
 use crate::particles::{Column, Field, Particles};
-use crate::tensor::{SymTensor, Vec3};
+use crate::tensor::{Mat3, SymTensor, Vec3};
+use linear::Constants;
 use rayon::prelude::*;
 use std::sync::Arc;
 use sweeps::vector;
@@ -40,6 +42,9 @@ pub struct Elastic {
     pub material: Arc<dyn Material>,
     /// alpha (lambda + 2 mu): stiffness of the hourglass term.
     pub hourglass: f64,
+    /// The material as a matrix, if it is linear.
+    tangent: Option<Tangent>,
+    constants: Constants,
     work: Workspace,
 }
 
@@ -86,10 +91,12 @@ impl Elastic {
             sums: vec![ForceSums::default(); n.div_ceil(PARTICLES_A_SUM)],
         };
         Self {
-            moments,
             mass: volume.iter().map(|v| v * material.density()).collect(),
             hourglass: hourglass_weight * material.p_wave_modulus(),
+            tangent: material.linear(),
+            constants: Constants::new(&lattice, &moments, &mirror),
             lattice,
+            moments,
             mirror,
             fixed,
             loads: Vec::new(),
@@ -111,19 +118,25 @@ impl Elastic {
     /// Internal force of the displacement field `u` (component by component) into `force`, with every
     /// wall at rest: -K u for a linear material. Components that are held get zero.
     pub fn force_of(&mut self, u: &[f64], force: &mut [f64]) {
+        self.apply(0.0, -1.0, u, force);
+    }
+
+    /// y = (m M + c K) x with M the masses and every wall at rest, of fields component by component.
+    /// Components that are held get zero.
+    pub fn apply(&mut self, m: f64, c: f64, x: &[f64], y: &mut [f64]) {
         let n = self.len();
         self.work.offset.fill(Vec3::zeros());
         self.work.offset_rate.fill(Vec3::zeros());
-        self.spread(u, None);
+        self.spread(x, None);
         self.stress_sweep();
         ops::adjoint_sums(&self.lattice, &self.work.pair, &mut self.work.adjoint);
-        let (fx, fyz) = force.split_at_mut(n);
-        let (fy, fz) = fyz.split_at_mut(n);
-        fx.par_iter_mut().zip(fy).zip(fz).enumerate().for_each(|(a, ((fx, fy), fz))| {
-            let f = self.internal_force(a).0;
-            (*fx, *fy, *fz) = (f.x, f.y, f.z);
+        let (yx, yyz) = y.split_at_mut(n);
+        let (yy, yz) = yyz.split_at_mut(n);
+        (yx, yy, yz).into_par_iter().with_min_len(PARTICLES_A_SUM).enumerate().for_each(|(a, (yx, yy, yz))| {
+            let z = vector(x, n, a) * (m * self.mass[a]) - self.internal_force(a).0 * c;
+            (*yx, *yy, *yz) = (z.x, z.y, z.z);
         });
-        self.fixed.zero(force, n);
+        self.fixed.zero(y, n);
     }
 
     /// Strain e = sym grad u of every particle, component by component (6 n values).
@@ -228,7 +241,7 @@ impl Dynamics for Elastic {
         let Workspace { q, pair, effective, offset, .. } = &mut self.work;
         let (moments, mirror, material, kappa) =
             (&self.moments, &self.mirror, &*self.material, self.hourglass);
-        ops::gradient_sums(&self.lattice, q, pair, |a, h, q| {
+        let visit = |a: usize, h: &Mat3, q: &Vec3| {
             let m = &moments[a];
             let u_a = vector(effective, n, a);
             let (g, _) = Self::complete(moments, mirror, offset, effective, a, h, q);
@@ -245,9 +258,11 @@ impl Dynamics for Elastic {
             let residual = springs - (g * m.second * g.transpose()).trace();
             let strain_energy = material.energy_density(SymTensor::symmetric_part(&g));
             let mut out = [0.0; PAIR_COMPONENTS];
-            out[0] = m.volume * (strain_energy + 0.5 * kappa * residual);
+            out[0] = m.strained_volume * strain_energy + 0.5 * kappa * m.volume * residual;
             out
-        });
+        };
+        let visit = PerParticle { lattice: &self.lattice, function: visit };
+        ops::gradient_sums(&self.lattice, q, pair, &visit);
         let stride = self.lattice.stride;
         let elastic = (0..n)
             .map(|a| {

@@ -3,7 +3,7 @@
 use super::{Elastic, Workspace};
 use crate::boundary::mirror::{Ghost, Mirror};
 use crate::moments::Moments;
-use crate::ops::{self, PAIR_COMPONENTS};
+use crate::ops::{self, PAIR_COMPONENTS, PerParticle};
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use rayon::prelude::*;
 
@@ -63,23 +63,33 @@ impl Elastic {
     ) {
         let Workspace { q, pair, effective, offset, .. } = &mut self.work;
         let (moments, mirror) = (&self.moments, &self.mirror);
-        ops::gradient_sums(&self.lattice, q, pair, |a, h, q| {
+        let function = |a: usize, h: &Mat3, q: &Vec3| {
             let (g, laplacian) = Self::complete(moments, mirror, offset, effective, a, h, q);
             visit(a, &g, &laplacian)
-        });
+        };
+        ops::gradient_sums(&self.lattice, q, pair, &PerParticle { lattice: &self.lattice, function });
     }
 
     /// From the field that was spread to T_a and the part of the force that needs no neighbour's T:
     /// T_a = V_a (sigma_a L_a - alpha (lambda + 2 mu) G_a).
     pub(super) fn stress_sweep(&mut self) {
+        if let Some(tangent) = self.tangent {
+            self.linear_stress_sweep(&tangent);
+        } else {
+            self.general_stress_sweep();
+        }
+    }
+
+    /// [`Self::stress_sweep`] for any material.
+    fn general_stress_sweep(&mut self) {
         let Workspace { q, pair, effective, offset, .. } = &mut self.work;
         let (moments, mirror, material, kappa) =
             (&self.moments, &self.mirror, &*self.material, self.hourglass);
-        ops::gradient_sums(&self.lattice, q, pair, |a, h, q| {
-            let m = &moments[a];
+        let function = |a: usize, h: &Mat3, q: &Vec3| {
             let (g, laplacian) = Self::complete(moments, mirror, offset, effective, a, h, q);
+            let m = &moments[a];
             let sigma = material.stress(SymTensor::symmetric_part(&g)).to_matrix(); // Eq. (5)
-            let t = (sigma * m.correction - g * kappa) * m.volume;
+            let t = sigma * m.correction * m.strained_volume - g * (kappa * m.volume);
             let own = t * m.first + laplacian * (2.0 * kappa * m.volume);
             let mut out = [0.0; PAIR_COMPONENTS];
             for i in 0..3 {
@@ -89,7 +99,8 @@ impl Elastic {
                 out[9 + i] = own[i];
             }
             out
-        });
+        };
+        ops::gradient_sums(&self.lattice, q, pair, &PerParticle { lattice: &self.lattice, function });
     }
 
     /// T of particle `a` after [`Self::stress_sweep`].
