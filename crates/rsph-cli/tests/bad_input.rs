@@ -234,6 +234,23 @@ fn the_output_folder_is_checked_before_computing() {
 }
 
 #[test]
+fn a_run_without_end_is_refused() {
+    refuses("tensile_liver", "dt = 0.001", "dt = 1e-300", &["`time.until`", "steps; 1e12 are allowed"]);
+    refuses("tensile_liver", "until = 3.0", "until = 1e300", &["`output.every`", "2.000e301 frames"]);
+}
+
+#[test]
+fn a_scenario_in_its_own_output_folder_is_not_overwritten() {
+    let bench = Bench::new();
+    bench.write("results/scenario.toml", scenario_text("tensile_liver"));
+    let done = bench.rsph(&["run", "results/scenario.toml", "--output", "results", "--force"]);
+    assert_eq!(done.code, Some(2), "{}", done.err);
+    assert!(done.err.contains("lies in its own output folder"), "{}", done.err);
+    let kept = std::fs::read_to_string(bench.path("results/scenario.toml")).unwrap();
+    assert_eq!(kept, scenario_text("tensile_liver"));
+}
+
+#[test]
 fn resume_says_that_it_is_not_there() {
     let done = Bench::new().rsph(&["run", "x.toml", "--resume"]);
     assert_eq!(done.code, Some(2));

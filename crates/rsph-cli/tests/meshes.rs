@@ -33,6 +33,9 @@ fn sample_refuses_bad_meshes_and_numbers() {
     bench.write("organ.obj", TETRAHEDRON);
     bench.write("open.obj", TETRAHEDRON.replace("f 2 3 4\n", ""));
     bench.write("organ.xyz", TETRAHEDRON);
+    let neither = bench.rsph(&["sample", "organ.obj"]);
+    assert_eq!(neither.code, Some(2));
+    assert!(neither.err.contains("--spacing <S>|--particles <N>"), "{}", neither.err);
     for (arguments, says) in [
         (["organ.obj", "--spacing", "0"], "--spacing"),
         (["organ.obj", "--spacing", "-1"], "--spacing"),

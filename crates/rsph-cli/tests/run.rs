@@ -143,6 +143,20 @@ fn the_real_liver_runs() {
 }
 
 #[test]
+fn the_stored_scenario_of_a_mesh_runs_from_its_folder() {
+    let bench = Bench::new();
+    bench.write("organ.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    let text = std::fs::read_to_string(scenario("liver_visible_human")).unwrap();
+    let mesh = "../../shared/data/meshes/visible_human_liver_female.stl";
+    bench.write("case.toml", text.replace(mesh, "organ.obj"));
+    let common = ["--set", "time.until=1e-5", "--set", "body.particles=100", "--output"];
+    let first = bench.rsph(&[&["run", "case.toml"], &common[..], &["first"]].concat());
+    assert_eq!(first.code, Some(0), "{}", first.err);
+    let again = bench.rsph(&[&["run", "first/scenario.toml"], &common[..], &["second"]].concat());
+    assert_eq!(again.code, Some(0), "{}", again.err);
+}
+
+#[test]
 fn every_shipped_scenario_starts() {
     for name in [
         "tensile_liver",

@@ -52,6 +52,18 @@ fn advance(simulation: &mut Simulation, t: f64) {
 }
 
 #[test]
+fn a_traction_on_a_disc_of_a_face_has_the_force_of_its_area() {
+    let mut s = setup(unit_cube(), Resolution::Particles(343), 0.3);
+    s.boundaries = vec![clamp(plane(Axis::Z, 0.0, Side::Below))];
+    let (centre, radius) = (Vec3::new(0.52, 0.47, 1.0), 0.31);
+    let region = Region::SurfacePatch { centre, radius, facing: Vec3::z() };
+    s.loads = vec![Load { kind: LoadKind::Traction { region, traction: Vec3::x() }, ramp: Ramp::default() }];
+    let area = std::f64::consts::PI * radius * radius;
+    let load = Simulation::new(s).unwrap().description().load;
+    assert!((load.x / area - 1.0).abs() < 1e-3, "{load:?} {area}");
+}
+
+#[test]
 fn a_moved_plate_strains_a_bar_uniformly() {
     let mut s = setup(unit_cube(), Resolution::Particles(343), 0.0);
     s.boundaries = vec![

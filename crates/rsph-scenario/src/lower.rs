@@ -129,11 +129,8 @@ fn frame_interval(doc: &Document, tables: &Scenario) -> Result<f64, ScenarioErro
     if frames > MAX_FRAMES {
         return Err(doc.error(
             &path,
-            format!(
-                "would write {frames:.0} frames until t = {}; {MAX_FRAMES} are allowed",
-                tables.time.until
-            ),
-            format!("write every {} or more", tables.time.until / MAX_FRAMES),
+            format!("would write {frames:.3e} frames until the end; {MAX_FRAMES} are allowed"),
+            format!("write every {:.3e} or more", tables.time.until / MAX_FRAMES),
         ));
     }
     Ok(every)

@@ -5,7 +5,7 @@ mod store;
 
 pub use folder::{FolderError, OutputFolder};
 
-use crate::scenario::{LoadedScenario, ScenarioError};
+use crate::scenario::{KeyPath, LoadedScenario, ScenarioError};
 use crate::sink::{Outcome, RunSink, SinkError, Status};
 use rsph_core::simulation::{Description, Simulation};
 use std::path::Path;
@@ -14,6 +14,8 @@ use std::time::{Duration, Instant};
 
 /// A run records its probes at least this often, or at every step if it has fewer.
 const MIN_SAMPLES: u64 = 1000;
+/// More steps than this take years.
+const MAX_STEPS: f64 = 1e12;
 /// Shortest wall time between two reports of progress.
 const REPORT_INTERVAL: Duration = Duration::from_millis(100);
 
@@ -118,9 +120,13 @@ pub fn run_with(
     stop: &AtomicBool,
 ) -> Result<Outcome, RunError> {
     let output = OutputFolder::new(folder, force)?;
+    if let Some(file) = scenario.file() {
+        output.spare(file)?;
+    }
     let job = scenario.lower()?;
     let (until, interval) = (job.until, job.frame_interval);
     let mut simulation = Simulation::new(job.setup).map_err(|e| scenario.document().invalid_input(&e))?;
+    check_steps(scenario, until, simulation.description().dt)?;
     let mut notes = job.notes;
     notes.extend(simulation.description().notes.iter().cloned());
     let folder = output.claim()?;
@@ -128,6 +134,19 @@ pub fn run_with(
     let mut sink = make_sink(&start)?;
     observer.started(simulation.description(), &notes);
     Ok(advance(&mut simulation, until, interval, sink.as_mut(), observer, stop)?)
+}
+
+/// Refuses a run that nobody will see the end of.
+fn check_steps(scenario: &LoadedScenario, until: f64, dt: f64) -> Result<(), ScenarioError> {
+    let steps = until / dt;
+    if steps <= MAX_STEPS {
+        return Ok(());
+    }
+    Err(scenario.document().error(
+        &KeyPath::from("time.until"),
+        format!("a time step of {dt:.3e} makes this {steps:.1e} steps; {MAX_STEPS:.0e} are allowed"),
+        format!("end at {:.3e} or before, or take larger steps", MAX_STEPS * dt),
+    ))
 }
 
 /// Advances `simulation` to `until`, with a frame every `interval`, the first and the last moment

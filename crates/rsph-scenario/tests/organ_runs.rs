@@ -19,7 +19,8 @@ fn the_real_liver_runs_at_every_size_and_its_momentum_balances() {
         let mut simulation = Simulation::new(scenario.lower().unwrap().setup).unwrap();
         let (volume, exact) = (simulation.description().volume, simulation.description().shape_volume);
         assert!((volume / exact - 1.0).abs() < 0.03, "{particles}: volume {volume} of {exact}");
-        let surface = &simulation.body().surface;
+        let snapshot = simulation.snapshot();
+        let surface = simulation.surface(&snapshot).mesh;
         assert!(surface.is_closed() && surface.components() == 1 && surface.genus() == Some(0));
         for _ in 0..60 {
             simulation.step().unwrap();

@@ -2,7 +2,7 @@
 
 use crate::exit::{Code, Trouble};
 use crate::output::{number, print};
-use clap::Args;
+use clap::{ArgGroup, Args};
 use rsph_core::error::InvalidInput;
 use rsph_core::sample::{Body, Resolution, sample};
 use rsph_core::shape::{MeshShape, Shape};
@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 
 /// Turn a triangle mesh into particles, and say how well they fill it
 #[derive(Debug, Args)]
+#[command(group = ArgGroup::new("resolution").required(true))]
 #[command(after_help = "\
 Examples:
   rsph sample organ.stl --particles 1000
@@ -23,16 +24,10 @@ pub struct Arguments {
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
     /// Distance between particles, in the units of the mesh times the scale
-    #[arg(
-        long,
-        value_name = "S",
-        allow_negative_numbers = true,
-        required_unless_present = "particles",
-        conflicts_with = "particles"
-    )]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, group = "resolution")]
     spacing: Option<f64>,
     /// Number of particles (about)
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", group = "resolution")]
     particles: Option<usize>,
     /// Factor on the mesh's coordinates (0.001: millimetres to metres)
     #[arg(long, default_value_t = 1.0, allow_negative_numbers = true)]

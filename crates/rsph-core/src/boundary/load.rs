@@ -4,7 +4,7 @@ use crate::boundary::body_force::body_force;
 use crate::boundary::flat_face::Face;
 use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::patch::Patch;
-use crate::boundary::surface_load::{SurfacePoint, quadrature};
+use crate::boundary::surface_load::{SurfacePoint, graded_quadrature};
 use crate::boundary::tag::no_particle;
 use crate::error::InvalidInput;
 use crate::mls::PointWeights;
@@ -15,6 +15,8 @@ use crate::tensor::Vec3;
 
 /// Longest triangle edge of the surface quadrature, in spacings.
 const RESOLUTION: f64 = 0.5;
+/// The same where the rim of a region cuts a triangle, of which all or nothing is loaded.
+const RESOLUTION_AT_RIM: f64 = 0.02;
 
 /// The body as loads see it.
 #[derive(Debug)]
@@ -44,8 +46,8 @@ pub fn nodal_loads(
     body: &LoadedBody<'_>,
     weights: impl Fn(&[Vec3]) -> PointWeights,
 ) -> Result<Vec<NodalLoad>, InvalidInput> {
-    let points = quadrature(body.shape.surface(), RESOLUTION * body.spacing);
-    let on_surface = |i: usize, traction: &dyn Fn(&SurfacePoint) -> Vec3| {
+    let edge = RESOLUTION * body.spacing;
+    let on_surface = |i: usize, points: &[SurfacePoint], traction: &dyn Fn(&SurfacePoint) -> Vec3| {
         let loaded: Vec<(Vec3, Vec3)> = points
             .iter()
             .map(|p| (p.x, traction(p) * p.area))
@@ -69,12 +71,13 @@ pub fn nodal_loads(
     let on_region = |i: usize, region: &Region, traction: &dyn Fn(&Vec3) -> Vec3| {
         flat_faces(body, region, traction).map_or_else(
             || {
-                on_surface(i, &|p| {
-                    if region.contains_on_surface(&p.x, &p.normal, body.tolerance) {
-                        traction(&p.normal)
-                    } else {
-                        Vec3::zeros()
-                    }
+                let loaded = |x: &Vec3, n: &Vec3| region.contains_on_surface(x, n, body.tolerance);
+                let points = graded_quadrature(body.shape.surface(), &|corners, n| {
+                    let cut = corners.iter().any(|x| loaded(x, n) != loaded(&corners[0], n));
+                    if cut { RESOLUTION_AT_RIM * body.spacing } else { edge }
+                });
+                on_surface(i, &points, &|p| {
+                    if loaded(&p.x, &p.normal) { traction(&p.normal) } else { Vec3::zeros() }
                 })
             },
             Ok,
@@ -95,7 +98,11 @@ pub fn nodal_loads(
                 }
                 LoadKind::Patch { pressure, centre, radius, direction } => {
                     let patch = Patch::on(body.shape.surface(), *pressure, centre, *radius, direction);
-                    on_surface(i, &|p| patch.traction(p))
+                    // A patch may be smaller than the particles.
+                    let points = graded_quadrature(body.shape.surface(), &|corners, _| {
+                        patch.resolution(edge, corners)
+                    });
+                    on_surface(i, &points, &|p| patch.traction(p))
                 }
             }?;
             Ok(NodalLoad { force, ramp: load.ramp })

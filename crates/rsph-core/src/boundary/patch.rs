@@ -12,6 +12,8 @@ const DEFAULT_RADIUS: f64 = 0.15;
 const RIGHT_PART: f64 = 0.6;
 /// Beyond this many radii nothing is left of the Gaussian (exp(-36) = 2e-16).
 const CUTOFF: f64 = 6.0;
+/// Longest triangle edge of the quadrature, in radii: the total force is then exact to 1e-4.
+const RESOLUTION: f64 = 0.25;
 
 /// A patch load whose centre and radius are known.
 #[derive(Clone, Copy, Debug)]
@@ -54,6 +56,13 @@ impl Patch {
             radius: radius.unwrap_or(DEFAULT_RADIUS * extent),
             direction: direction.normalize(),
         }
+    }
+
+    /// Longest edge of a quadrature triangle with these corners, no longer than `longest`.
+    pub fn resolution(&self, longest: f64, corners: &[Vec3; 3]) -> f64 {
+        let size = (corners[1] - corners[0]).norm().max((corners[2] - corners[0]).norm());
+        let reached = (corners[0] - self.centre).norm() < CUTOFF * self.radius + size;
+        if reached { longest.min(RESOLUTION * self.radius) } else { f64::INFINITY }
     }
 
     /// Traction at a surface point: p exp(-d^2/r^2) on the side that faces against the direction.

@@ -1,6 +1,7 @@
 //! Remeshing in a running simulation: when it is due, and what it did.
 
-use crate::remesh::{RemeshReport, Remesher};
+use crate::particles::Particles;
+use crate::remesh::RemeshReport;
 use crate::setup::{RemeshTrigger, STRAIN};
 use crate::tensor::Vec3;
 
@@ -39,37 +40,39 @@ impl RemeshLog {
     }
 }
 
-/// The remesher of a simulation with its trigger.
+/// Particles laid anew, and what that did.
+#[derive(Clone, Debug)]
+pub(super) struct Relaid {
+    pub particles: Particles,
+    pub report: RemeshReport,
+}
+
+/// When a simulation lays its particles anew, and what that has done.
 #[derive(Clone, Debug)]
 pub(super) struct Remeshing {
-    pub remesher: Remesher<3>,
     trigger: RemeshTrigger,
     steps: u64,
-    strain: f64,
     pub log: RemeshLog,
 }
 
 impl Remeshing {
-    pub fn new(remesher: Remesher<3>, trigger: RemeshTrigger) -> Self {
-        Self { remesher, trigger, steps: 0, strain: 0.0, log: RemeshLog::default() }
+    pub fn new(trigger: RemeshTrigger) -> Self {
+        Self { trigger, steps: 0, log: RemeshLog::default() }
     }
 
-    /// Counts a step of length `dt`, during which strain grew at `rate()`; whether remeshing is due.
-    pub fn is_due(&mut self, dt: f64, rate: impl FnOnce() -> f64) -> bool {
+    /// Counts a step; whether remeshing is due, at a strain of `strain()` since the last one.
+    pub fn is_due(&mut self, strain: impl FnOnce() -> f64) -> bool {
         self.steps += 1;
         match self.trigger {
             RemeshTrigger::Never => false,
             RemeshTrigger::Steps(n) => self.steps >= n,
-            RemeshTrigger::Strain => {
-                self.strain += rate() * dt;
-                self.strain > STRAIN
-            }
+            RemeshTrigger::Strain => strain() > STRAIN,
         }
     }
 
     /// Notes a remeshing and starts to count anew.
     pub fn done(&mut self, report: &RemeshReport) {
         self.log.add(report);
-        (self.steps, self.strain) = (0, 0.0);
+        self.steps = 0;
     }
 }

@@ -71,7 +71,7 @@ pub struct RunInfo {
     pub title: String,
     /// Its unit system.
     pub units: Units,
-    /// The scenario as run, after `--set`, as TOML.
+    /// The scenario as run, after `--set`, as TOML that runs from any folder.
     pub scenario: String,
     /// What was known before the first step; its notes go into summary and report.
     pub description: Description,

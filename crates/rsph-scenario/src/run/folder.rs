@@ -26,6 +26,12 @@ pub enum FolderError {
         /// One of the results.
         file: &'static str,
     },
+    /// It holds the very scenario that is to be run, under a name that results take.
+    #[error("the scenario {} lies in its own output folder and would be overwritten", path.display())]
+    HoldsScenario {
+        /// The scenario's file.
+        path: PathBuf,
+    },
     /// It can not be made or written.
     #[error("cannot write to the output folder {}: {source}", path.display())]
     NotWritable {
@@ -43,6 +49,7 @@ impl FolderError {
             Self::HoldsResults { .. } => {
                 "add `--force` to overwrite them, or choose another folder with `--output`"
             }
+            Self::HoldsScenario { .. } => "choose another folder with `--output`, or move the scenario",
             Self::NotWritable { .. } => "choose another folder with `--output`, or check its permissions",
         }
     }
@@ -73,6 +80,19 @@ impl OutputFolder {
             return Err(FolderError::NotWritable { path: path.into(), source });
         }
         Ok(Self { path: path.into() })
+    }
+
+    /// Makes sure that the file `scenario` is none of those that results replace.
+    ///
+    /// # Errors
+    /// When it is.
+    pub fn spare(&self, scenario: &Path) -> Result<(), FolderError> {
+        let Ok(scenario) = scenario.canonicalize() else { return Ok(()) };
+        let replaced = |f: &&str| self.path.join(f).canonicalize().is_ok_and(|there| there == scenario);
+        if RESULTS.iter().any(replaced) {
+            return Err(FolderError::HoldsScenario { path: scenario });
+        }
+        Ok(())
     }
 
     /// Makes the folder, makes sure that it can be written, and removes older results from it.
@@ -110,6 +130,17 @@ mod tests {
         OutputFolder::new(dir.path(), true).unwrap().claim().unwrap();
         assert!(!dir.path().join("summary.json").exists());
         assert!(dir.path().join("notes.txt").exists());
+    }
+
+    #[test]
+    fn the_scenario_that_is_run_is_spared() {
+        let dir = tempfile::tempdir().unwrap();
+        let scenario = dir.path().join("scenario.toml");
+        std::fs::write(&scenario, "mine").unwrap();
+        let folder = OutputFolder::new(dir.path(), true).unwrap();
+        let refused = folder.spare(&scenario).unwrap_err();
+        assert!(refused.to_string().contains("its own output folder"), "{refused}");
+        folder.spare(&dir.path().join("other.toml")).unwrap();
     }
 
     #[test]

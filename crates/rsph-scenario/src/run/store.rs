@@ -20,7 +20,7 @@ fn info(start: &RunStart<'_>) -> RunInfo {
     RunInfo {
         title: start.scenario.title().to_owned(),
         units: setup.units,
-        scenario: start.scenario.as_run().to_owned(),
+        scenario: start.scenario.as_run_anywhere(),
         description,
         material: material(start.scenario),
         parameters: parameters(setup),

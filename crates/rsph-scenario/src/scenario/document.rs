@@ -54,6 +54,17 @@ impl Document {
         &self.edited
     }
 
+    /// That text with the file of the body's mesh named so that it is found from everywhere.
+    pub(super) fn with_mesh(&self, mesh: &std::path::Path) -> String {
+        let Ok(mut tree) = self.edited.parse::<toml_edit::DocumentMut>() else { return self.edited.clone() };
+        let place = ["body", "shape", "mesh", "path"];
+        let item = place.iter().try_fold(tree.as_item_mut(), |item, key| item.get_mut(key));
+        if let Some(item) = item {
+            *item = toml_edit::value(mesh.display().to_string());
+        }
+        tree.to_string()
+    }
+
     pub(super) fn tables(&self) -> Result<Scenario, ScenarioError> {
         let whole = |e: &toml::de::Error| syntax_error(&self.name, &self.edited, e);
         let values: toml::Table = self.edited.parse().map_err(|e| whole(&e))?;

@@ -81,6 +81,23 @@ impl LoadedScenario {
         self.document.edited()
     }
 
+    /// The scenario as run in a form that runs from any folder: a relative path of a mesh is made
+    /// absolute.
+    pub fn as_run_anywhere(&self) -> String {
+        match &self.tables.body.shape {
+            ShapeTable::Mesh { path, .. } if Path::new(path).is_relative() => {
+                let mesh = self.base_dir.join(path);
+                self.document.with_mesh(&std::path::absolute(&mesh).unwrap_or(mesh))
+            }
+            _ => self.as_run().to_owned(),
+        }
+    }
+
+    /// The file it was read from, if it was.
+    pub fn file(&self) -> Option<&Path> {
+        Some(Path::new(self.document.name())).filter(|path| path.is_file())
+    }
+
     /// Where relative mesh paths resolve.
     pub fn base_dir(&self) -> &Path {
         &self.base_dir

@@ -190,7 +190,9 @@
       id("factor").value = Math.min(state.factor, Number(id("factor").max));
       id("exact").value = Number(state.factor.toPrecision(3));
       const largestText = largest > 0 ? "Largest displacement of the run: " + show(largest) + data.length_unit.replace(/[[\]]/g, "") + ". " : "";
-      id("range").textContent = largestText + "Drawn displacement: " + show(state.factor) + " × the computed one (0: undeformed, 1: true). One range of colours for all frames, without the outermost 0.5 % of the values.";
+      const drawn = frames.some((f) => f.u) ? "Drawn displacement: " + show(state.factor) + " × the computed one (0: undeformed, 1: true). " : "";
+      const coloured = fields.length ? "One range of colours for all frames, without the outermost 0.5 % of the values." : "";
+      id("range").textContent = largestText + drawn + coloured;
     }
     // Whoever turned the view keeps it that way from frame to frame.
     const keep = () => { const { camera, dragmode } = id("view").layout.scene; pose = { camera, dragmode }; };
@@ -202,6 +204,9 @@
       requestAnimationFrame(() => { waiting = false; draw(); });
     }
 
+    // What there is nothing to choose from is not offered.
+    for (const control of ["field", "map"]) id(control).parentElement.hidden = !fields.length;
+    id("factor").parentElement.hidden = !frames.some((f) => f.u);
     fields.forEach(([, label], i) => id("field").add(new Option(label, i)));
     id("frame").max = frames.length - 1;
     id("factor").max = largest > 0 ? 4 * start : 1;

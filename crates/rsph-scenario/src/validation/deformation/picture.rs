@@ -5,7 +5,7 @@ use rsph_core::mesh::TriangleMesh;
 use rsph_core::particles::Field;
 use rsph_core::snapshot::Snapshot;
 use rsph_core::tensor::{Mat3, Vec3};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -32,13 +32,18 @@ impl Picture {
 
     /// Adds a panel with the particles of a moment that have colour.
     pub fn particles(&mut self, title: &str, snapshot: &Snapshot) {
-        let mut path = String::new();
         let colour = snapshot.column(Field::Colour).values();
-        for (x, _) in snapshot.positions().into_iter().zip(colour).filter(|(_, c)| **c >= SEEN) {
-            let p = seen(&Vec3::from(x));
-            let _ = write!(path, "M{:.0} {:.0}h0", p.x, p.y);
+        let drawn = snapshot.positions().into_iter().zip(colour).filter(|(_, c)| **c >= SEEN);
+        let dots: BTreeSet<(i32, i32)> = drawn
+            .map(|(x, _)| seen(&Vec3::from(x)))
+            .map(|p| (p.y.round() as i32, p.x.round() as i32))
+            .collect();
+        // Dots are lines of no length with round ends; dots side by side are one line.
+        let mut path = String::new();
+        for &(y, x) in dots.iter().filter(|(y, x)| !dots.contains(&(*y, x - 1))) {
+            let length = (0..PANEL as i32).take_while(|i| dots.contains(&(y, x + i + 1))).count();
+            let _ = write!(path, "M{x} {y}h{length}");
         }
-        // Dots are lines of no length with round ends.
         let drawn = format!(
             "<path d=\"{path}\" fill=\"none\" stroke=\"#0b487a\" stroke-width=\"2\" stroke-linecap=\"round\" \
              stroke-opacity=\"0.55\"/>"

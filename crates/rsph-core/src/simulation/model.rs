@@ -1,0 +1,64 @@
+//! The seam between a simulation and the kind of body that it moves.
+
+use super::Description;
+use super::remeshing::Relaid;
+use crate::dynamics::Dynamics;
+use crate::error::Failure;
+use crate::observe::Reading;
+use crate::particles::Particles;
+use crate::snapshot::Snapshot;
+use crate::surface::Surface;
+
+/// What a kind of body brings: its dynamics, how it is laid anew, and what it shows. The particles,
+/// their integration in time, the watchdog and the balances are the simulation's.
+pub(super) trait Model: std::fmt::Debug + Send + Sync {
+    /// What moves the particles.
+    fn dynamics(&self) -> &dyn Dynamics;
+
+    /// What moves the particles.
+    fn dynamics_mut(&mut self) -> &mut dyn Dynamics;
+
+    /// The strain since the last remeshing, largest over the particles; called after every step (of
+    /// length `dt`) of a simulation that goes by it.
+    fn strain(&mut self, particles: &Particles, time: f64, dt: f64) -> f64;
+
+    /// Lays the particles anew and makes its dynamics that of the new ones. A model that fails stays
+    /// as it was.
+    ///
+    /// # Errors
+    /// Particles that can not be laid anew.
+    fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<Relaid, Failure>;
+
+    /// The surface of the moment of `snapshot`.
+    fn surface(&self, snapshot: &Snapshot) -> Surface;
+
+    /// The readings of this moment, in the order of the probes; readings of its own follow.
+    fn readings(&mut self, particles: &Particles, time: f64) -> Vec<Reading>;
+
+    /// The state with the derived columns.
+    fn derived(&mut self, particles: &Particles, time: f64) -> Particles {
+        let mut particles = particles.clone();
+        self.dynamics_mut().derive(time, &mut particles);
+        particles
+    }
+}
+
+/// When something happens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Moment {
+    /// Simulated time.
+    pub time: f64,
+    /// Time steps taken.
+    pub step: u64,
+}
+
+/// A body ready to start.
+#[derive(Debug)]
+pub(super) struct Parts {
+    /// The body.
+    pub model: Box<dyn Model>,
+    /// Its particles.
+    pub particles: Particles,
+    /// What is known of it.
+    pub description: Description,
+}
