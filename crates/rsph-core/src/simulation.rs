@@ -88,9 +88,10 @@ impl Simulation {
         let mut integrator = RungeKutta4::new(dynamics, &particles);
         let energy = dynamics.energy(0.0, &particles);
         let forces = integrator.evaluate(dynamics, &particles, 0.0);
-        // Strains round to 1e-16 u / dx; ten digits more are far below any real energy.
+        // The energy is a difference of squares of u / dx, which round to 1e-16 of themselves. A strain e over
+        // a length L, with u = e L, has (dx / L)^2 1e16 times as much.
         let rounding =
-            1e-22 * setup.material.p_wave_modulus() * description.volume / description.spacing.powi(2);
+            1e-16 * setup.material.p_wave_modulus() * description.volume / description.spacing.powi(2);
         Ok(Self {
             watch: Watch::new(dynamics, &particles, energy, rounding),
             balance: Balance::new(&particles, energy, forces),

@@ -1,7 +1,7 @@
 //! The largest stable time step, from the largest eigenvalue of the operator.
 
 use crate::dynamics::elastic::Elastic;
-use nalgebra::DMatrix;
+use crate::solve::spectrum;
 
 /// Lanczos steps; the largest eigenvalue of an SPH operator on a lattice is found to 0.1 % in about
 /// forty.
@@ -33,61 +33,17 @@ pub fn step_limit(elastic: &mut Elastic) -> StepLimit {
     StepLimit { kappa, dt: viscous.min(wave), viscous: viscous < wave }
 }
 
-/// Largest eigenvalue of M^-1/2 K M^-1/2 by the Lanczos iteration, from a fixed pseudo-random start so
-/// that it is reproducible.
+/// Largest eigenvalue of M^-1 K.
 pub fn largest_eigenvalue(elastic: &mut Elastic) -> f64 {
     let n = elastic.len();
-    let root: Vec<f64> = elastic.mass.iter().map(|m| m.sqrt()).collect();
-    let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut q: Vec<f64> = (0..3 * n)
-        .map(|_| {
-            seed ^= seed << 13;
-            seed ^= seed >> 7;
-            seed ^= seed << 17;
-            (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        })
-        .collect();
-    elastic.fixed.zero(&mut q, n);
-    let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let scale = norm(&q);
-    if scale == 0.0 {
-        return 0.0;
-    }
-    for x in &mut q {
-        *x /= scale;
-    }
-    let (mut previous, mut force) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
-    let mut scaled = vec![0.0; 3 * n];
-    let (mut diagonal, mut off) = (Vec::new(), Vec::new());
-    for step in 0..LANCZOS_STEPS.min(3 * n) {
-        for (i, s) in scaled.iter_mut().enumerate() {
-            *s = q[i] / root[i % n];
+    let mut held = vec![1.0; 3 * n];
+    elastic.fixed.zero(&mut held, n);
+    let mass = elastic.mass.clone();
+    let mut divide = |r: &[f64], z: &mut [f64]| {
+        for (i, z) in z.iter_mut().enumerate() {
+            *z = held[i] * r[i] / mass[i % n];
         }
-        elastic.force_of(&scaled, &mut force);
-        let beta = off.last().copied().unwrap_or(0.0);
-        for (i, f) in force.iter_mut().enumerate() {
-            *f = -*f / root[i % n] - beta * previous[i];
-        }
-        let alpha: f64 = q.iter().zip(&force).map(|(q, f)| q * f).sum();
-        for (f, q) in force.iter_mut().zip(&q) {
-            *f -= alpha * q;
-        }
-        diagonal.push(alpha);
-        let beta = norm(&force);
-        if beta <= 1e-12 * alpha.abs() || step + 1 == LANCZOS_STEPS.min(3 * n) {
-            break;
-        }
-        off.push(beta);
-        std::mem::swap(&mut previous, &mut q);
-        for (q, f) in q.iter_mut().zip(&force) {
-            *q = f / beta;
-        }
-    }
-    let k = diagonal.len();
-    let tridiagonal = DMatrix::from_fn(k, k, |i, j| match i.abs_diff(j) {
-        0 => diagonal[i],
-        1 => off[i.min(j)],
-        _ => 0.0,
-    });
-    tridiagonal.symmetric_eigenvalues().max()
+    };
+    let mut apply = |x: &[f64], y: &mut [f64]| elastic.apply(0.0, 1.0, x, y);
+    spectrum::largest_eigenvalue(3 * n, LANCZOS_STEPS.min(3 * n), &mut apply, &mut divide)
 }

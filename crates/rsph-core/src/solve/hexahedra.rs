@@ -16,28 +16,31 @@ pub fn stiffness(material: &dyn Material) -> [[Mat3; 8]; 8] {
     let mut blocks = [[Mat3::zeros(); 8]; 8];
     for q in 0..8 {
         let x = corner(q).map(gauss);
-        let gradient: [Vec3; 8] = std::array::from_fn(|n| {
-            let c = corner(n);
-            let value = |i: usize| if c[i] == 1 { x[i] } else { 1.0 - x[i] };
-            let slope = |i: usize| if c[i] == 1 { 1.0 } else { -1.0 };
-            Vec3::from_fn(|i, _| (0..3).map(|j| if i == j { slope(j) } else { value(j) }).product())
-        });
+        let strain = |n: usize, j: usize| {
+            let mut direction = Vec3::zeros();
+            direction[j] = 1.0;
+            SymTensor::symmetric_part(&(direction * gradient(n, x).transpose()))
+        };
         for n in 0..8 {
             for j in 0..3 {
-                let mut direction = Vec3::zeros();
-                direction[j] = 1.0;
-                let strain = SymTensor::symmetric_part(&(direction * gradient[n].transpose()));
-                let sigma = material.stress(strain);
+                let sigma = material.stress(strain(n, j));
                 for (m, block) in blocks.iter_mut().enumerate() {
-                    let force = sigma.dot(&gradient[m]) / 8.0;
                     for i in 0..3 {
-                        block[n][(i, j)] += force[i];
+                        block[n][(i, j)] += strain(m, i).double_dot(sigma) / 8.0;
                     }
                 }
             }
         }
     }
     blocks
+}
+
+/// Gradient of the shape function of corner `n` at a point of the unit cube.
+fn gradient(n: usize, x: [f64; 3]) -> Vec3 {
+    let c = corner(n);
+    let value = |i: usize| if c[i] == 1 { x[i] } else { 1.0 - x[i] };
+    let slope = |i: usize| if c[i] == 1 { 1.0 } else { -1.0 };
+    Vec3::from_fn(|i, _| (0..3).map(|j| if i == j { slope(j) } else { value(j) }).product())
 }
 
 #[cfg(test)]

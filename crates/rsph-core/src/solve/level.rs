@@ -1,7 +1,7 @@
 //! A coarse level: a symmetric matrix of 3 x 3 blocks between the nodes of a regular grid, 27 at most
 //! for a node, its Chebyshev smoother and its coarsening. Fields are node by node, x y z.
 
-use super::sums::noise;
+use super::spectrum::largest_eigenvalue;
 use crate::tensor::{Mat3, Vec3};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -12,10 +12,10 @@ pub const NO_NODE: u32 = u32::MAX;
 const NODES_A_TASK: usize = 256;
 /// The smoother damps the part of the spectrum above the largest eigenvalue divided by this.
 pub const SMOOTHED: f64 = 6.0;
-/// Power iterations for the largest eigenvalue, and the margin for what they miss.
-pub const POWER_STEPS: usize = 12;
-/// See [`POWER_STEPS`].
-pub const POWER_MARGIN: f64 = 1.1;
+/// Steps of the iteration for the largest eigenvalue, and the margin for what they miss.
+pub const LANCZOS_STEPS: usize = 15;
+/// See [`LANCZOS_STEPS`].
+pub const LANCZOS_MARGIN: f64 = 1.05;
 
 /// A coarse level with its work space.
 #[derive(Clone, Debug)]
@@ -164,27 +164,21 @@ impl Level {
 
     /// Largest eigenvalue of D^-1 K, an upper bound for that of (m M + c D)^-1 (m M + c K).
     fn estimate_largest(&mut self) {
-        noise(&mut self.x);
-        self.b.fill(0.0);
-        let mut size = 0.0;
-        for step in 0..=POWER_STEPS {
-            if step > 0 {
-                self.residual();
-                let (r, inverse) = (&self.r, &self.inverse);
-                self.x.par_chunks_mut(3).enumerate().for_each(|(i, x)| {
-                    let z = inverse[i] * Vec3::new(r[3 * i], r[3 * i + 1], r[3 * i + 2]);
-                    x.copy_from_slice(z.as_slice());
-                });
+        let mut work = self.clone();
+        let inverse = &self.inverse;
+        let mut divide = |r: &[f64], z: &mut [f64]| {
+            for (node, z) in z.chunks_mut(3).enumerate() {
+                let r = Vec3::from_column_slice(&r[3 * node..3 * node + 3]);
+                z.copy_from_slice((inverse[node] * r).as_slice());
             }
-            size = self.x.iter().map(|x| x * x).sum::<f64>().sqrt();
-            if size == 0.0 {
-                break;
-            }
-            for x in &mut self.x {
-                *x /= size;
-            }
-        }
-        self.largest = if size > 0.0 { POWER_MARGIN * size } else { 1.0 };
+        };
+        let mut apply = |x: &[f64], y: &mut [f64]| {
+            work.x.copy_from_slice(x);
+            work.residual();
+            y.iter_mut().zip(&work.r).for_each(|(y, r)| *y = -r);
+        };
+        let found = largest_eigenvalue(3 * self.len(), LANCZOS_STEPS, &mut apply, &mut divide);
+        self.largest = if found > 0.0 { LANCZOS_MARGIN * found } else { 1.0 };
     }
 
     /// Calls `visit(row, column, value)` for every entry of the matrix.
@@ -202,9 +196,9 @@ impl Level {
         }
     }
 
-    /// r = b - A x
+    /// r = b - A x, zero in components without stiffness.
     fn residual(&mut self) {
-        let Self { neighbours, blocks, mass, scales: (m, c), x, b, r, .. } = self;
+        let Self { neighbours, blocks, mass, inverse, scales: (m, c), x, b, r, .. } = self;
         r.par_chunks_mut(3).with_min_len(NODES_A_TASK).enumerate().for_each(|(node, r)| {
             let mut sum = [0.0; 3];
             for (&j, a) in neighbours[node].iter().zip(&blocks[node]) {
@@ -219,7 +213,8 @@ impl Level {
             }
             for i in 0..3 {
                 let at = 3 * node + i;
-                r[i] = b[at] - *c * sum[i] - *m * mass[at] * x[at];
+                let held = inverse[node][(i, i)] == 0.0;
+                r[i] = if held { 0.0 } else { b[at] - *c * sum[i] - *m * mass[at] * x[at] };
             }
         });
     }

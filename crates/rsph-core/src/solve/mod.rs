@@ -9,5 +9,6 @@ pub mod hexahedra;
 pub mod level;
 pub mod multigrid;
 pub mod operator;
+pub mod spectrum;
 pub mod sums;
 pub mod transfer;

@@ -5,14 +5,16 @@ use super::blocks::diagonal_blocks;
 use super::direct::Direct;
 use super::hexahedra;
 use super::level::{
-    Coarsening, Level, NO_NODE, POWER_MARGIN, POWER_STEPS, SMOOTHED, inverse_of_diagonal, slot,
+    Coarsening, Level, NO_NODE, LANCZOS_MARGIN, LANCZOS_STEPS, SMOOTHED, inverse_of_diagonal, slot,
 };
-use super::operator::{Operator, Preconditioner, Shifted};
-use super::sums::{Sums, combine, noise};
+use super::operator::{Operator, Preconditioner};
+use super::spectrum::largest_eigenvalue;
+use super::sums::combine;
 use super::transfer::{BLOCK, Transfer};
 use crate::dynamics::elastic::Elastic;
 use crate::lattice::NO_PARTICLE;
-use crate::tensor::{Mat3, Vec3};
+use crate::material::Material;
+use crate::tensor::{Mat3, SymTensor, Vec3};
 use rayon::prelude::*;
 
 /// Unknowns that the direct solve takes.
@@ -22,6 +24,9 @@ const LEAST_FULL: f64 = 1e-3;
 /// A node is held when this share of the weight around it is.
 const HELD_SHARE: f64 = 0.5;
 const PARTICLES_A_TASK: usize = 1024;
+/// Ratio of the moduli of pressure and shear waves (6 at nu = 0.4) above which the particles are smoothed
+/// twice: nearly incompressible bodies converge slowly.
+const NEARLY_INCOMPRESSIBLE: f64 = 6.0;
 
 /// The hierarchy of a body on its lattice. It stands as long as the lattice and its boundaries do.
 #[derive(Clone, Debug)]
@@ -29,13 +34,16 @@ pub struct Multigrid {
     mass: Vec<f64>,
     diagonal: Vec<Mat3>,
     inverse: Vec<Mat3>,
-    /// Length of the Jacobi step on the particles.
-    step: f64,
+    /// Largest eigenvalue of D^-1 K on the particles.
+    largest: f64,
+    /// Steps of the smoother there.
+    smoothing: usize,
     transfer: Transfer,
     levels: Vec<Level>,
     coarsenings: Vec<Coarsening>,
     direct: Option<Direct>,
     residual: Vec<f64>,
+    direction: Vec<f64>,
 }
 
 impl Multigrid {
@@ -62,15 +70,17 @@ impl Multigrid {
             mass: elastic.mass.clone(),
             inverse: Vec::new(),
             diagonal,
-            step: 1.0,
+            largest: 1.0,
+            smoothing: smoothing(&*elastic.material),
             transfer,
             levels,
             coarsenings,
             direct: None,
             residual: vec![0.0; 3 * n],
+            direction: vec![0.0; 3 * n],
         };
         multigrid.set_scales(0.0, 1.0);
-        multigrid.estimate_step(elastic);
+        multigrid.estimate_largest(elastic);
         multigrid
     }
 
@@ -98,24 +108,12 @@ impl Multigrid {
     }
 
     /// Middle of the part of the spectrum of D^-1 K that the smoother damps.
-    fn estimate_step(&mut self, elastic: &mut Elastic) {
-        let n = self.residual.len();
-        let mut x = vec![0.0; n];
-        noise(&mut x);
-        elastic.fixed.zero(&mut x, n / 3);
-        let mut sums = Sums::new(n);
-        let mut operator = Shifted { elastic, mass: 0.0, stiffness: 1.0 };
-        let mut largest = 1.0;
-        for _ in 0..POWER_STEPS {
-            let size = sums.norm(&x);
-            if size == 0.0 {
-                break;
-            }
-            operator.apply(&x, &mut self.residual);
-            jacobi(&self.inverse, 1.0 / size, 0.0, &self.residual, &mut x);
-            largest = sums.norm(&x);
-        }
-        self.step = 2.0 / (POWER_MARGIN * largest * (1.0 + 1.0 / SMOOTHED));
+    fn estimate_largest(&mut self, elastic: &mut Elastic) {
+        let inverse = &self.inverse;
+        let mut divide = |r: &[f64], z: &mut [f64]| jacobi(inverse, 1.0, 0.0, r, z);
+        let mut apply = |x: &[f64], y: &mut [f64]| elastic.apply(0.0, 1.0, x, y);
+        let largest = largest_eigenvalue(self.residual.len(), LANCZOS_STEPS, &mut apply, &mut divide);
+        self.largest = LANCZOS_MARGIN * largest.max(f64::MIN_POSITIVE);
     }
 
     /// One V-cycle from level `l` on, whose right-hand side stands in its `b`.
@@ -142,17 +140,49 @@ impl Multigrid {
 
 impl Preconditioner for Multigrid {
     fn apply(&mut self, operator: &mut dyn Operator, r: &[f64], z: &mut [f64]) {
-        jacobi(&self.inverse, self.step, 0.0, r, z);
+        z.fill(0.0);
+        self.smooth(operator, r, z, true);
         operator.apply(z, &mut self.residual);
         combine(1.0, r, -1.0, &mut self.residual);
         self.transfer.restrict(&self.residual, &mut self.levels[0].b);
         self.cycle(0);
         self.transfer.prolong(&self.levels[0].x, z);
         hold(&self.inverse, z);
-        operator.apply(z, &mut self.residual);
-        combine(1.0, r, -1.0, &mut self.residual);
-        jacobi(&self.inverse, self.step, 1.0, &self.residual, z);
+        self.smooth(operator, r, z, false);
     }
+}
+
+impl Multigrid {
+    /// Chebyshev steps of the block Jacobi iteration for A z = r.
+    fn smooth(&mut self, operator: &mut dyn Operator, r: &[f64], z: &mut [f64], from_zero: bool) {
+        let (middle, half) = (0.5 * (1.0 + 1.0 / SMOOTHED), 0.5 * (1.0 - 1.0 / SMOOTHED));
+        let ratio = half / middle;
+        let mut rho = ratio;
+        for step in 0..self.smoothing {
+            if step > 0 || !from_zero {
+                operator.apply(z, &mut self.residual);
+                combine(1.0, r, -1.0, &mut self.residual);
+            } else {
+                self.residual.copy_from_slice(r);
+            }
+            let (keep, length) = if step == 0 {
+                (0.0, 1.0 / middle)
+            } else {
+                let next = 1.0 / (2.0 / ratio - rho);
+                let factors = (next * rho, 2.0 * next / half);
+                rho = next;
+                factors
+            };
+            jacobi(&self.inverse, length / self.largest, keep, &self.residual, &mut self.direction);
+            combine(1.0, &self.direction, 1.0, z);
+        }
+    }
+}
+
+/// Steps of the smoother on the particles.
+fn smoothing(material: &dyn Material) -> usize {
+    let shear = material.stress(SymTensor([0.0, 0.0, 0.0, 0.5, 0.0, 0.0])).0[3];
+    if material.p_wave_modulus() > NEARLY_INCOMPRESSIBLE * shear { 2 } else { 1 }
 }
 
 /// z = step D^-1 r + keep z
@@ -192,7 +222,7 @@ fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
             let volume: f64 = particles
                 .iter()
                 .filter(|a| **a != NO_PARTICLE)
-                .map(|&a| elastic.moments[a as usize].volume)
+                .map(|&a| elastic.moments[a as usize].strained_volume)
                 .sum();
             (volume / edge.powi(3)).max(LEAST_FULL) * edge
         })
