@@ -183,6 +183,12 @@ impl Lattice {
         [x - self.pad[0], row % self.rows_y - self.pad[1], row / self.rows_y - self.pad[2]]
     }
 
+    /// Undeformed position of a particle: the centre of its cell.
+    pub fn position(&self, a: usize) -> Vec3 {
+        let cell = self.coordinates(a);
+        self.origin + Vec3::from_fn(|i, _| (cell[i] as f64 + 0.5) * self.spacing)
+    }
+
     /// Row and place within the row of a particle.
     #[inline(always)]
     pub fn row_and_x(&self, a: usize) -> (usize, usize) {

@@ -15,10 +15,8 @@ const SMALLEST_MOMENT: f64 = 0.02;
 /// included, with X = x_b - x_a and w = -W'(r)/r.
 #[derive(Clone, Copy, Debug)]
 pub struct Moments {
-    /// V_a.
+    /// V_a; zero for what no sum sees.
     pub volume: f64,
-    /// The part of V_a whose strain costs energy: all of it, but for what a clamp holds.
-    pub strained_volume: f64,
     /// L_a, the pseudo-inverse of sum V_b w X X^T.
     pub correction: Mat3,
     /// sum V_b w X X^T, without the dropped directions.
@@ -51,7 +49,7 @@ pub fn moments(lattice: &Lattice, volume: &[f64], mirror: &Mirror) -> Vec<Moment
                 add(volume[ghost.partner as usize] * ghost.w, &ghost.x);
             }
             let (correction, second) = pseudo_inverse(&second, SMALLEST_MOMENT * lattice.full_moment);
-            Moments { volume: volume[a], strained_volume: volume[a], correction, second, first, zeroth }
+            Moments { volume: volume[a], correction, second, first, zeroth }
         })
         .collect()
 }

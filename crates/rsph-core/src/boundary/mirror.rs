@@ -51,8 +51,6 @@ pub struct Group {
 #[derive(Clone, Debug, Default)]
 pub struct Mirror {
     planes: Vec<MirrorPlane>,
-    /// Sign of the normal that points into the body, for each plane.
-    inward: Vec<f64>,
     groups: Vec<Group>,
     starts: Vec<u32>,
     ghosts: Vec<Ghost>,
@@ -110,8 +108,7 @@ impl Mirror {
             starts.push(ghosts.len() as u32);
             debug_assert_eq!(starts.len(), a + 2);
         }
-        let inward = |p: &MirrorPlane| positions.iter().map(|x| x[p.axis] - p.at).sum::<f64>().signum();
-        Self { inward: planes.iter().map(inward).collect(), planes, groups, starts, ghosts }
+        Self { planes, groups, starts, ghosts }
     }
 
     /// The ghosts that particle `a` sees.
@@ -128,10 +125,9 @@ impl Mirror {
         self.groups.len()
     }
 
-    /// Which components are held at `x` by a plane, or beyond it, or less than `reach` before it.
-    pub fn held_at(&self, x: &Vec3, reach: f64) -> [bool; 3] {
-        let within = |p: &(&MirrorPlane, &f64)| (x[p.0.axis] - p.0.at) * p.1 < reach;
-        std::array::from_fn(|i| self.planes.iter().zip(&self.inward).filter(within).any(|p| p.0.fix[i]))
+    /// The planes.
+    pub fn planes(&self) -> &[MirrorPlane] {
+        &self.planes
     }
 
     /// Whether any plane moves.

@@ -26,16 +26,45 @@ fn wall_offset(smoothing: f64) -> f64 {
     (0.25 + (smoothing - 0.8) / 0.45 * 0.15).clamp(0.2, 0.5)
 }
 
-/// Lattice positions that make planes inside the body accurate clamps: the last held layer lies one
-/// wall offset beyond the plane.
+/// An axis-aligned plane and the side of it that a boundary holds.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    axis: usize,
+    at: f64,
+    side: Side,
+}
+
+impl Plane {
+    /// The plane that bounds `region`, if it is one and lies along an axis.
+    fn of(region: &Region) -> Option<Self> {
+        match region {
+            Region::Plane { axis, at, side } => Some(Self { axis: *axis as usize, at: *at, side: *side }),
+            Region::HalfSpace { point, normal } => {
+                let axis = normal.iamax();
+                let along = normal[axis].abs() > (1.0 - 1e-12) * normal.norm();
+                let side = if normal[axis] > 0.0 { Side::Below } else { Side::Above };
+                along.then_some(Self { axis, at: point[axis], side })
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Whether a boundary that cuts the body acts as a mirror plane.
+fn mirrors(boundary: &Boundary, solver: &Solver) -> bool {
+    boundary.fix == [true; 3] && solver.formulation == Formulation::Adjoint
+}
+
+/// Lattice positions that make planes inside the body accurate: a clamp lies on the faces of cells, so that
+/// the mirror images of the particles continue the lattice; of any other boundary the last held layer lies
+/// one wall offset beyond the plane.
 pub fn alignment(boundaries: &[Boundary], bounds: &Bounds, solver: &Solver) -> Vec<Alignment> {
     let mut found: Vec<Alignment> = Vec::new();
     for boundary in boundaries {
-        if let Region::Plane { axis, at, side } = boundary.region {
-            let axis = axis as usize;
+        if let Some(Plane { axis, at, side }) = Plane::of(&boundary.region) {
             let inside = at > bounds.min[axis] && at < bounds.max[axis];
             if inside && found.iter().all(|a| a.axis != axis) {
-                let offset = wall_offset(solver.smoothing);
+                let offset = if mirrors(boundary, solver) { 0.5 } else { wall_offset(solver.smoothing) };
                 let offset = if side == Side::Below { offset } else { -offset };
                 found.push(Alignment { axis, at, offset });
             }
@@ -61,19 +90,28 @@ pub fn tag(
             (0..positions.len()).filter(|&a| boundary.region.contains(&positions[a], tolerance)).collect()
         };
         let mut particles = held(0.0);
-        if let Region::Plane { axis, at, .. } = boundary.region {
-            let axis = axis as usize;
+        if let Some(Plane { axis, at, side }) = Plane::of(&boundary.region) {
+            let mirror = MirrorPlane { axis, at, fix: boundary.fix, motion: boundary.motion };
+            let nearest = |beyond: bool| {
+                let of_side = |x: &&Vec3| beyond == ((x[axis] < at) == (side == Side::Below));
+                let gaps = positions.iter().filter(of_side).map(|x| (x[axis] - at).abs());
+                gaps.fold(f64::INFINITY, f64::min)
+            };
             if particles.is_empty() {
-                let gap = positions.iter().map(|x| (x[axis] - at).abs()).fold(f64::INFINITY, f64::min);
+                let gap = nearest(false);
                 if gap <= spacing {
                     if solver.formulation == Formulation::Adjoint {
-                        let plane = MirrorPlane { axis, at, fix: boundary.fix, motion: boundary.motion };
-                        add_plane(&mut tags.planes, plane, spacing, &key)?;
+                        add_plane(&mut tags.planes, mirror, spacing, &key)?;
                         continue;
                     }
                     // The paper fixes the particles at the bottom.
                     particles = held(gap + 0.5 * spacing);
                 }
+            } else if mirrors(boundary, solver) && (nearest(false) - nearest(true)).abs() < 1e-6 * spacing {
+                // The plane lies on the faces of cells: it holds what is before it, and what lies beyond
+                // only has to stay with it.
+                add_plane(&mut tags.planes, mirror, spacing, &key)?;
+                tags.fixed.apart.extend(&particles);
             } else {
                 particles = held((wall_offset(solver.smoothing) + 0.5 - 1e-6) * spacing);
             }

@@ -78,7 +78,11 @@ impl Elastic {
         hourglass_weight: f64,
     ) -> Self {
         let n = lattice.len();
-        let moments = moments(&lattice, volume, &mirror);
+        let mut seen = volume.to_vec();
+        for &a in &fixed.apart {
+            seen[a] = 0.0;
+        }
+        let moments = moments(&lattice, &seen, &mirror);
         let groups = mirror.group_count();
         let work = Workspace {
             q: ops::box_field(&lattice, 3),
@@ -258,7 +262,7 @@ impl Dynamics for Elastic {
             let residual = springs - (g * m.second * g.transpose()).trace();
             let strain_energy = material.energy_density(SymTensor::symmetric_part(&g));
             let mut out = [0.0; PAIR_COMPONENTS];
-            out[0] = m.strained_volume * strain_energy + 0.5 * kappa * m.volume * residual;
+            out[0] = m.volume * (strain_energy + 0.5 * kappa * residual);
             out
         };
         let visit = PerParticle { lattice: &self.lattice, function: visit };

@@ -43,11 +43,7 @@ impl Solid {
         let solver = setup.solver;
         check_solid(setup)?;
         let shape = &*setup.shape;
-        let alignment = if shape.is_box() {
-            Vec::new()
-        } else {
-            tag::alignment(&setup.boundaries, &shape.bounds(), &solver)
-        };
+        let alignment = tag::alignment(&setup.boundaries, &shape.bounds(), &solver);
         let body = sample(shape, setup.resolution, &alignment)?;
         let (dx, origin) = (body.grid.spacing, body.grid.origin);
         let n = body.cells.len();

@@ -222,7 +222,7 @@ fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
             let volume: f64 = particles
                 .iter()
                 .filter(|a| **a != NO_PARTICLE)
-                .map(|&a| elastic.moments[a as usize].strained_volume)
+                .map(|&a| elastic.moments[a as usize].volume)
                 .sum();
             (volume / edge.powi(3)).max(LEAST_FULL) * edge
         })
@@ -233,6 +233,15 @@ fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
             held_particle[i * n + p.particle] = 1.0;
         }
     }
+    let inward: Vec<f64> = elastic
+        .mirror
+        .planes()
+        .iter()
+        .map(|plane| {
+            let free = (0..n).filter(|&a| (0..3).any(|i| held_particle[i * n + a] == 0.0));
+            free.map(|a| elastic.lattice.position(a)[plane.axis] - plane.at).sum::<f64>().signum()
+        })
+        .collect();
     let nodes = transfer.nodes.coordinates.len();
     let mut mass = vec![0.0; 3 * nodes];
     let held: Vec<[bool; 3]> = (0..nodes)
@@ -248,8 +257,11 @@ fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
             });
             let place = transfer.nodes.coordinates[node];
             let x = elastic.lattice.origin + Vec3::from_fn(|i, _| f64::from(place[i]) * edge);
-            let wall = elastic.mirror.held_at(&x, 0.25 * edge);
-            let held = std::array::from_fn(|i| wall[i] || held[i] >= HELD_SHARE * all);
+            let beyond = |i: usize| {
+                let planes = elastic.mirror.planes().iter().zip(&inward);
+                planes.into_iter().any(|(p, s)| p.fix[i] && (x[p.axis] - p.at) * s < 0.25 * edge)
+            };
+            let held = std::array::from_fn(|i| beyond(i) || held[i] >= HELD_SHARE * all);
             for i in (0..3).filter(|&i| !held[i]) {
                 mass[3 * node + i] = masses[i];
             }

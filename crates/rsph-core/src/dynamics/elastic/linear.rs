@@ -8,11 +8,10 @@ use crate::moments::Moments;
 use crate::ops::{self, PAIR_COMPONENTS, Pointwise};
 use crate::tensor::Vec3;
 use pulp::Simd;
-use rayon::prelude::*;
 
-/// Numbers of a particle that the sweep needs: V, the strained volume, the six of L (VTK order),
+/// Numbers of a particle that the sweep needs: V, the six of L (VTK order),
 /// sum V_b w X / V and sum V_b w / V.
-const CONSTANTS: usize = 12;
+const CONSTANTS: usize = 11;
 /// Place of L_ij among the six of a symmetric tensor.
 const SYM: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
 
@@ -29,13 +28,12 @@ impl Constants {
     pub(super) fn new(lattice: &Lattice, moments: &[Moments], mirror: &Mirror) -> Self {
         let mut values = ops::box_field(lattice, CONSTANTS);
         let mut near_wall = vec![false; lattice.spans.len()];
-        for (a, m) in moments.iter().enumerate() {
+        for (a, m) in moments.iter().enumerate().filter(|(_, m)| m.volume > 0.0) {
             let (row, x) = lattice.row_and_x(a);
             let l = &m.correction;
             let of_q = m.first / m.volume;
             let constants = [
                 m.volume,
-                m.strained_volume,
                 l[(0, 0)],
                 l[(1, 1)],
                 l[(2, 2)],
@@ -111,7 +109,7 @@ impl Pointwise for LinearStress<'_> {
         for (c, value) in constant.iter_mut().enumerate() {
             *value = ops::load(simd, &self.constants.values, (row * CONSTANTS + c) * stride + x);
         }
-        let [volume, strained, l0, l1, l2, l3, l4, l5, first_x, first_y, first_z, zeroth] = constant;
+        let [volume, l0, l1, l2, l3, l4, l5, first_x, first_y, first_z, zeroth] = constant;
         let (l, first) = ([l0, l1, l2, l3, l4, l5], [first_x, first_y, first_z]);
         for i in 0..3 {
             let q = ops::load(simd, self.q, (row * 3 + i) * stride + x);
@@ -136,13 +134,13 @@ impl Pointwise for LinearStress<'_> {
             simd.mul_f64s(half, simd.add_f64s(g[1][2], g[2][1])),
             simd.mul_f64s(half, simd.add_f64s(g[0][2], g[2][0])),
         ];
-        // Eq. (5), times the volume in which this stress acts.
+        // Eq. (5), times the volume.
         let mut sigma = [simd.splat_f64s(0.0); 6];
         for (k, sigma) in sigma.iter_mut().enumerate() {
             for (j, e) in strain.into_iter().enumerate() {
                 *sigma = simd.mul_add_e_f64s(simd.splat_f64s(self.tangent.0[k][j]), e, *sigma);
             }
-            *sigma = simd.mul_f64s(*sigma, strained);
+            *sigma = simd.mul_f64s(*sigma, volume);
         }
         let stiff = simd.mul_f64s(simd.splat_f64s(self.kappa), volume);
         let twice = simd.add_f64s(stiff, stiff);
@@ -187,11 +185,5 @@ impl Elastic {
             offset: &work.offset,
         };
         ops::gradient_sums(&self.lattice, &work.q, &mut work.pair, &pointwise);
-    }
-
-    /// The volumes in which the particles are strained, for the constants of the sweep.
-    pub(super) fn set_strained_volumes(&mut self, volume: &[f64]) {
-        self.moments.par_iter_mut().zip(volume).for_each(|(m, v)| m.strained_volume = *v);
-        self.constants = Constants::new(&self.lattice, &self.moments, &self.mirror);
     }
 }

@@ -89,7 +89,7 @@ impl Elastic {
             let (g, laplacian) = Self::complete(moments, mirror, offset, effective, a, h, q);
             let m = &moments[a];
             let sigma = material.stress(SymTensor::symmetric_part(&g)).to_matrix(); // Eq. (5)
-            let t = sigma * m.correction * m.strained_volume - g * (kappa * m.volume);
+            let t = (sigma * m.correction - g * kappa) * m.volume;
             let own = t * m.first + laplacian * (2.0 * kappa * m.volume);
             let mut out = [0.0; PAIR_COMPONENTS];
             for i in 0..3 {
