@@ -218,6 +218,56 @@ pub enum TimeStep {
     Fixed(f64),
 }
 
+/// A scheme of integration in time, as a user asks for it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scheme {
+    /// RK4, or SDIRK2 where the viscosity makes RK4 more than a hundred times dearer than the waves do.
+    #[default]
+    Auto,
+    /// The classical Runge-Kutta scheme of fourth order, as in the paper.
+    Rk4,
+    /// Implicit, two stages, second order, L-stable.
+    Sdirk2,
+    /// Implicit, first order.
+    BackwardEuler,
+    /// Explicit with many cheap stages, second order.
+    Rkc2,
+}
+
+impl Scheme {
+    /// Its name in scenario files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Rk4 => "rk4",
+            Self::Sdirk2 => "sdirk2",
+            Self::BackwardEuler => "backward-euler",
+            Self::Rkc2 => "rkc2",
+        }
+    }
+
+    /// Whether no step is too long for it to be stable.
+    pub fn is_implicit(self) -> bool {
+        matches!(self, Self::Sdirk2 | Self::BackwardEuler)
+    }
+}
+
+/// How time advances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Integration {
+    /// The scheme.
+    pub scheme: Scheme,
+    /// Error of a step of a scheme that chooses its steps, and ten times the error of the linear systems of
+    /// implicit ones, as shares of the displacement and of the load.
+    pub tolerance: f64,
+}
+
+impl Default for Integration {
+    fn default() -> Self {
+        Self { scheme: Scheme::Auto, tolerance: 0.01 }
+    }
+}
+
 /// A quantity that a probe reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quantity {
@@ -294,6 +344,8 @@ pub struct Setup {
     pub solver: Solver,
     /// Time step.
     pub time_step: TimeStep,
+    /// The scheme of integration.
+    pub integration: Integration,
     /// Whether a time step above the stability limit is allowed.
     pub allow_unstable: bool,
     /// What is recorded.

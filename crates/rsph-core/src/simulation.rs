@@ -7,18 +7,22 @@ mod model;
 mod prescribed;
 mod remeshing;
 mod solid;
+mod statics;
 mod time_step;
 
 pub use crate::observe::Reading;
 pub use balance::Conservation;
 pub use prescribed::VOLUME_INSIDE;
 pub use remeshing::RemeshLog;
+pub use statics::Equilibrium;
 
-use crate::dynamics::ForceSums;
+use crate::dynamics::{Dynamics, ForceSums};
 use crate::error::{Failure, InvalidInput};
-use crate::integrate::RungeKutta4;
+use crate::integrate::chebyshev::RungeKuttaChebyshev;
+use crate::integrate::implicit::{self, Implicit};
+use crate::integrate::{Integrator, RungeKutta4};
 use crate::particles::Particles;
-use crate::setup::{Mechanics, RemeshTrigger, Setup};
+use crate::setup::{Mechanics, RemeshTrigger, Scheme, Setup};
 use crate::snapshot::Snapshot;
 use crate::surface::Surface;
 use crate::tensor::Vec3;
@@ -40,8 +44,14 @@ pub struct Description {
     pub smoothing_length: f64,
     /// Neighbours of an inner particle.
     pub neighbours: usize,
-    /// Time step.
+    /// Scheme of integration, never `Auto`.
+    pub scheme: Scheme,
+    /// Time step, or the first of a scheme that chooses its steps.
     pub dt: f64,
+    /// Shortest step worth taking, of a scheme that chooses its steps.
+    pub shortest_step: Option<f64>,
+    /// Largest rate of decay by viscosity (1/s).
+    pub fastest_decay: f64,
     /// Largest stable time step.
     pub dt_limit: f64,
     /// Whether viscosity (true) or wave speed (false) sets the limit.
@@ -63,12 +73,37 @@ pub struct Simulation {
     description: Description,
     model: Box<dyn Model>,
     particles: Particles,
-    integrator: RungeKutta4,
+    integrator: Box<dyn Integrator>,
     remeshing: Remeshing,
     watch: Watch,
     balance: Balance,
     time: f64,
     steps: u64,
+    /// Length of the next step.
+    dt: f64,
+    evaluations: u64,
+    equilibrium: Option<Equilibrium>,
+}
+
+/// The scheme of integration for the particles of a moment.
+fn integrator(
+    setup: &Setup,
+    description: &Description,
+    dynamics: &mut dyn Dynamics,
+    particles: &Particles,
+) -> Box<dyn Integrator> {
+    let implicit = |scheme, dynamics: &mut dyn Dynamics| {
+        let (tolerance, shortest) = (setup.integration.tolerance, description.shortest_step);
+        Box::new(Implicit::new(scheme, dynamics, particles, tolerance, shortest))
+    };
+    match description.scheme {
+        Scheme::Auto | Scheme::Rk4 => Box::new(RungeKutta4::new(dynamics, particles)),
+        Scheme::Sdirk2 => implicit(implicit::Scheme::Sdirk2, dynamics),
+        Scheme::BackwardEuler => implicit(implicit::Scheme::BackwardEuler, dynamics),
+        Scheme::Rkc2 => {
+            Box::new(RungeKuttaChebyshev::new(dynamics, particles, description.fastest_decay))
+        }
+    }
 }
 
 impl Simulation {
@@ -85,7 +120,7 @@ impl Simulation {
         let Parts { mut model, mut particles, description } = parts;
         let dynamics = model.dynamics_mut();
         dynamics.impose(0.0, &mut particles);
-        let mut integrator = RungeKutta4::new(dynamics, &particles);
+        let mut integrator = integrator(&setup, &description, dynamics, &particles);
         let energy = dynamics.energy(0.0, &particles);
         let forces = integrator.evaluate(dynamics, &particles, 0.0);
         // The energy is a difference of squares of u / dx, which round to 1e-16 of themselves. A strain e over
@@ -96,6 +131,9 @@ impl Simulation {
             watch: Watch::new(dynamics, &particles, energy, rounding),
             balance: Balance::new(&particles, energy, forces),
             remeshing: Remeshing::new(setup.remesh.trigger),
+            dt: description.dt,
+            evaluations: 0,
+            equilibrium: None,
             setup,
             description,
             model,
@@ -121,7 +159,7 @@ impl Simulation {
     /// # Errors
     /// When the state becomes meaningless; the last good state is kept.
     pub fn step(&mut self) -> Result<(), Failure> {
-        self.step_by(self.description.dt)?;
+        while !self.step_by(self.dt)? {}
         self.check()
     }
 
@@ -135,30 +173,70 @@ impl Simulation {
         t: f64,
         keep_going: &mut dyn FnMut(&mut Self) -> bool,
     ) -> Result<(), Failure> {
-        let from = self.time;
-        let steps = ((t - from) / self.description.dt - 1e-6).ceil().max(0.0) as u64;
-        for k in 1..=steps {
-            let next = if k == steps { t } else { from + (t - from) * (k as f64 / steps as f64) };
-            self.step_by(next - self.time)?;
-            self.time = next;
-            if !keep_going(self) {
-                return Ok(());
+        let mut done = false;
+        while !done {
+            // Steps of even length up to t, until a scheme that chooses its steps chooses another.
+            let (from, dt) = (self.time, self.dt);
+            let steps = ((t - from) / dt - 1e-6).ceil().max(0.0) as u64;
+            done = steps == 0;
+            for k in 1..=steps {
+                let next = if k == steps { t } else { from + (t - from) * (k as f64 / steps as f64) };
+                if self.step_by(next - self.time)? {
+                    self.time = next;
+                    done = k == steps;
+                    if !keep_going(self) {
+                        return Ok(());
+                    }
+                }
+                if self.dt.to_bits() != dt.to_bits() {
+                    break;
+                }
             }
         }
         self.check()
     }
 
-    fn step_by(&mut self, dt: f64) -> Result<(), Failure> {
+    /// Advances by `dt`; false if the scheme wants a shorter step and nothing was done.
+    fn step_by(&mut self, dt: f64) -> Result<bool, Failure> {
         let dynamics = self.model.dynamics_mut();
-        let (step, forces) = self.integrator.step(dynamics, &mut self.particles, self.time, dt);
+        let step = match self.integrator.step(dynamics, &mut self.particles, self.time, dt) {
+            Ok(step) => step,
+            Err((kind, what)) => {
+                let failure = Failure {
+                    kind,
+                    time: self.time,
+                    step: self.steps,
+                    what,
+                    place: None,
+                    remedy: "take a shorter `time.dt`; a body that hangs by a thin piece needs a smaller \
+                             spacing or a better hold"
+                        .into(),
+                };
+                self.restore();
+                return Err(failure);
+            }
+        };
+        self.evaluations += step.evaluations;
+        if let Some(next) = step.next {
+            // A step that only fills up to a moment says little about how long steps may be.
+            if !step.taken || next < self.dt || dt > 0.5 * self.dt {
+                self.dt = next;
+            }
+        }
+        if !step.taken {
+            return Ok(false);
+        }
         self.time += dt;
         self.steps += 1;
-        self.balance.add(&step, forces);
+        self.balance.add(&step.sums, step.forces);
         if self.watch.is_due(self.steps) {
             self.check()?;
         }
         let strain = || self.model.strain(&self.particles, self.time, dt);
-        if self.remeshing.is_due(strain) { self.remesh() } else { Ok(()) }
+        if self.remeshing.is_due(strain) {
+            self.remesh()?;
+        }
+        Ok(true)
     }
 
     /// Lays the particles anew.
@@ -168,8 +246,9 @@ impl Simulation {
             Ok(relaid) => {
                 self.remeshing.done(&relaid.report);
                 self.particles = relaid.particles;
+                let dynamics = self.model.dynamics_mut();
+                self.integrator = integrator(&self.setup, &self.description, dynamics, &self.particles);
                 let dynamics = self.model.dynamics();
-                self.integrator = RungeKutta4::new(dynamics, &self.particles);
                 self.watch.restart(dynamics, &self.particles, self.time, self.steps);
                 Ok(())
             }
@@ -212,9 +291,9 @@ impl Simulation {
         self.steps
     }
 
-    /// Number of right-hand sides evaluated.
+    /// Number of right-hand sides evaluated and, by implicit and static solves, operators applied.
     pub fn rhs_evaluations(&self) -> u64 {
-        self.steps * RungeKutta4::EVALUATIONS
+        self.evaluations
     }
 
     /// The state without derived columns.

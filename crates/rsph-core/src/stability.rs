@@ -20,6 +20,8 @@ pub struct StepLimit {
     pub kappa: f64,
     /// Largest stable time step of RK4 (s).
     pub dt: f64,
+    /// Largest step that the waves alone would allow (s).
+    pub wave: f64,
     /// Whether the viscosity sets it (true) or the wave speed (false).
     pub viscous: bool,
 }
@@ -30,7 +32,7 @@ pub fn step_limit(elastic: &mut Elastic) -> StepLimit {
     let relaxation_time = elastic.material.relaxation_time();
     let viscous = REAL_LIMIT / (relaxation_time * kappa);
     let wave = IMAGINARY_LIMIT / kappa.sqrt();
-    StepLimit { kappa, dt: viscous.min(wave), viscous: viscous < wave }
+    StepLimit { kappa, dt: viscous.min(wave), wave, viscous: viscous < wave }
 }
 
 /// Largest eigenvalue of M^-1 K.

@@ -143,6 +143,13 @@ impl Elastic {
         self.fixed.zero(y, n);
     }
 
+    /// The sum of all loads at time `t`, component by component; `f64::MAX` for loads at full ramp.
+    pub fn load_at(&self, t: f64) -> Vec<f64> {
+        let mut load = vec![0.0; 3 * self.len()];
+        NodalLoad::sum(&self.loads, t, &mut load);
+        load
+    }
+
     /// Strain e = sym grad u of every particle, component by component (6 n values).
     pub fn strain(&mut self, t: f64, u: &[f64]) -> Vec<f64> {
         self.mirror.offsets(&mut self.work.offset, |m| m.displacement(t));
@@ -201,6 +208,10 @@ impl Dynamics for Elastic {
         self.work.sums = sums;
         self.fixed.hold(t, &self.mass, du.values_mut(), dv.values_mut(), &mut total);
         total
+    }
+
+    fn elastic(&mut self) -> Option<&mut Elastic> {
+        Some(self)
     }
 
     fn impose(&self, t: f64, particles: &mut Particles) -> Imposed {

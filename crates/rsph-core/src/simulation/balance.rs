@@ -68,6 +68,13 @@ impl Balance {
         self.largest_momentum = self.largest_momentum.max(self.impulse.norm());
     }
 
+    /// The body has been brought to rest under `forces`, as slowly as it takes to dissipate nothing.
+    pub fn settle(&mut self, energy: Energy, forces: ForceSums) {
+        self.forces = forces;
+        self.work = energy.kinetic + energy.elastic - self.energy.kinetic - self.energy.elastic;
+        self.impulse = -self.momentum;
+    }
+
     /// The sums of this moment.
     pub fn conservation(&self, particles: &Particles, energy: Energy) -> Conservation {
         let Energy { kinetic, elastic } = energy;

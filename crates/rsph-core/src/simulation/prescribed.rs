@@ -17,7 +17,7 @@ use crate::particles::{Column, Field, Particles};
 use crate::reconstruct::{grid_around, reconstruct};
 use crate::remesh::{NewVolume, NodeLattice, RemeshError, Remesher};
 use crate::sample::{Alignment, Body, sample};
-use crate::setup::{Prescription, Probe, Setup};
+use crate::setup::{Prescription, Probe, Setup, Scheme};
 use crate::snapshot::Snapshot;
 use crate::surface::{Surface, SurfaceField};
 use crate::tensor::Vec3;
@@ -61,6 +61,14 @@ impl PrescribedBody {
     /// The first input that can not be simulated.
     pub fn parts(setup: &Setup, p: &Prescription) -> Result<Parts, InvalidInput> {
         checks::check(setup, p)?;
+        if !matches!(setup.integration.scheme, Scheme::Auto | Scheme::Rk4) {
+            return Err(InvalidInput::new(
+                "time.integrator",
+                setup.integration.scheme.name(),
+                "is for solids; particles that move as told are not stiff",
+                "take `integrator = \"rk4\"` or leave it out",
+            ));
+        }
         // Nodes at (j + 1/2) dx, wherever the body is.
         let alignment = [0, 1, 2].map(|axis| Alignment { axis, at: 0.0, offset: 0.5 });
         let body = sample(&*setup.shape, setup.resolution, &alignment)?;
@@ -84,7 +92,10 @@ impl PrescribedBody {
             spacing: dx,
             smoothing_length: setup.solver.smoothing * dx,
             neighbours: neighbours(setup.solver.smoothing),
+            scheme: Scheme::Rk4,
             dt: checks::time_step(setup, dt_limit)?,
+            shortest_step: None,
+            fastest_decay: 0.0,
             dt_limit,
             limited_by_viscosity: false,
             volume: colour.iter().sum::<f64>() * cell,

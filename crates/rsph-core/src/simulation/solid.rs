@@ -3,7 +3,7 @@
 use super::Description;
 use super::model::{Model, Moment, Parts};
 use super::remeshing::Relaid;
-use super::time_step::choose_step;
+use super::time_step::choose_pace;
 use crate::boundary::load::{LoadedBody, nodal_loads};
 use crate::boundary::mirror::Mirror;
 use crate::boundary::tag;
@@ -76,20 +76,23 @@ impl Solid {
         let surface_weights = weights(&body.surface.vertices);
 
         let limit = step_limit(&mut elastic);
-        let (dt, notes) = choose_step(setup, &limit)?;
+        let pace = choose_pace(setup, &limit, solver.formulation == Formulation::Adjoint)?;
         let total_volume: f64 = volume.iter().sum();
         let description = Description {
             particles: n,
             spacing: dx,
             smoothing_length: elastic.lattice.smoothing_length,
             neighbours: elastic.lattice.neighbours.len(),
-            dt,
+            scheme: pace.scheme,
+            dt: pace.dt,
+            shortest_step: pace.adaptive,
+            fastest_decay: setup.material.relaxation_time() * limit.kappa,
             dt_limit: limit.dt,
             limited_by_viscosity: limit.viscous,
             volume: total_volume,
             shape_volume: shape.volume(),
             load: loads.iter().map(crate::boundary::nodal_load::NodalLoad::total).sum(),
-            notes,
+            notes: pace.notes,
         };
 
         let mut particles = Particles::new(n);

@@ -9,6 +9,8 @@ pub mod hexahedra;
 pub mod level;
 pub mod multigrid;
 pub mod operator;
+pub mod rigid;
 pub mod spectrum;
+pub mod stiff;
 pub mod sums;
 pub mod transfer;
