@@ -191,7 +191,8 @@ pub enum Formulation {
     Paper,
 }
 
-/// Settings of the spatial discretisation.
+/// Settings of the spatial discretisation. The default is that of the paper's figures;
+/// [`Solver::ACCURATE`] is better and cheaper.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solver {
     /// Form of the equations.
@@ -206,6 +207,12 @@ impl Default for Solver {
     fn default() -> Self {
         Self { formulation: Formulation::Adjoint, smoothing: 1.25, hourglass: 0.1 }
     }
+}
+
+impl Solver {
+    /// What measured best against finite elements on organs and on the clamped cube: 26 neighbours, and an
+    /// hourglass term that makes up for the softness of corrected gradients at free surfaces.
+    pub const ACCURATE: Self = Self { formulation: Formulation::Adjoint, smoothing: 0.8, hourglass: 0.4 };
 }
 
 /// The time step.

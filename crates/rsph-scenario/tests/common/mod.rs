@@ -194,5 +194,6 @@ pub fn outcome(status: Status) -> Outcome {
         time: 3.0,
         threads: 2,
         remesh: None,
+        equilibrium: None,
     }
 }
