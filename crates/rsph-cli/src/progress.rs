@@ -51,6 +51,9 @@ impl Observer for Display {
             number(d.dt),
             number(d.dt_limit),
         );
+        if let Some(reason) = &d.scheme_reason {
+            tracing::info!("integrator {}: {reason}", d.scheme.name());
+        }
         self.begun = Instant::now();
         self.last_line = self.begun;
     }

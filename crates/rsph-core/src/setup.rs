@@ -242,6 +242,9 @@ pub enum Scheme {
 }
 
 impl Scheme {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Auto, Self::Rk4, Self::Sdirk2, Self::BackwardEuler, Self::Rkc2];
+
     /// Its name in scenario files.
     pub fn name(self) -> &'static str {
         match self {

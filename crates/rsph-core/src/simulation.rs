@@ -22,8 +22,9 @@ use crate::integrate::chebyshev::RungeKuttaChebyshev;
 use crate::integrate::implicit::{self, Implicit};
 use crate::integrate::{Integrator, RungeKutta4};
 use crate::particles::Particles;
-use crate::setup::{Mechanics, RemeshTrigger, Scheme, Setup};
+use crate::setup::{Integration, Mechanics, RemeshTrigger, Scheme, Setup, TimeStep};
 use crate::snapshot::Snapshot;
+use crate::stability::step_limit;
 use crate::surface::Surface;
 use crate::tensor::Vec3;
 use crate::watch::Watch;
@@ -32,6 +33,7 @@ use model::{Model, Moment, Parts};
 use prescribed::PrescribedBody;
 use remeshing::Remeshing;
 use solid::Solid;
+use time_step::choose_pace;
 
 /// What is known of a simulation before its first step.
 #[derive(Clone, Debug)]
@@ -46,6 +48,8 @@ pub struct Description {
     pub neighbours: usize,
     /// Scheme of integration, never `Auto`.
     pub scheme: Scheme,
+    /// Why this scheme, if the choice was left open and it is not the paper's.
+    pub scheme_reason: Option<String>,
     /// Time step, or the first of a scheme that chooses its steps.
     pub dt: f64,
     /// Shortest step worth taking, of a scheme that chooses its steps.
@@ -294,6 +298,45 @@ impl Simulation {
     /// Number of right-hand sides evaluated and, by implicit and static solves, operators applied.
     pub fn rhs_evaluations(&self) -> u64 {
         self.evaluations
+    }
+
+    /// Goes on with another scheme of integration and time step.
+    ///
+    /// # Errors
+    /// As for a new simulation: `time.integrator`, `time.dt`.
+    pub fn set_integration(&mut self, integration: Integration, step: TimeStep) -> Result<(), InvalidInput> {
+        let mut setup = self.setup.clone();
+        (setup.integration, setup.time_step) = (integration, step);
+        let dynamics = self.model.dynamics_mut();
+        let Some(elastic) = dynamics.elastic() else {
+            return Err(InvalidInput::new(
+                "time.integrator",
+                integration.scheme.name(),
+                "can not be changed: only a solid of the adjoint formulation has other schemes than rk4",
+                "leave it out",
+            ));
+        };
+        let limit = step_limit(elastic);
+        let pace = choose_pace(&setup, &limit, true)?;
+        self.description.scheme = pace.scheme;
+        self.description.scheme_reason = pace.reason;
+        self.description.shortest_step = pace.adaptive;
+        self.description.dt = pace.dt;
+        self.dt = pace.dt;
+        self.setup = setup;
+        self.integrator = integrator(&self.setup, &self.description, dynamics, &self.particles);
+        Ok(())
+    }
+
+    /// K u of a displacement field (component by component), in newtons, held components zero; `None` if
+    /// the body has no stiffness.
+    pub fn stiffness(&mut self, u: &[f64]) -> Option<Vec<f64>> {
+        let elastic = self.model.dynamics_mut().elastic()?;
+        let mut free = u.to_vec();
+        elastic.fixed.zero(&mut free, u.len() / 3);
+        let mut force = vec![0.0; u.len()];
+        elastic.apply(0.0, 1.0, &free, &mut force);
+        Some(force)
     }
 
     /// The state without derived columns.

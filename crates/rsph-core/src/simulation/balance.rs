@@ -26,7 +26,7 @@ pub struct Conservation {
     /// Total force of the clamps on the body at this moment.
     pub reaction: Vec3,
     /// |momentum - momentum at the start - impulse of loads and reactions| relative to the largest
-    /// momentum or impulse so far.
+    /// momentum or impulse, that of the loads alone included, so far.
     pub momentum_error: f64,
     /// |mass - mass at the start| / mass at the start.
     pub mass_error: f64,
@@ -39,6 +39,7 @@ pub(super) struct Balance {
     momentum: Vec3,
     energy: Energy,
     impulse: Vec3,
+    load_impulse: Vec3,
     /// Work of loads and boundaries so far.
     pub work: f64,
     largest_momentum: f64,
@@ -54,6 +55,7 @@ impl Balance {
             momentum,
             energy,
             impulse: Vec3::zeros(),
+            load_impulse: Vec3::zeros(),
             work: 0.0,
             largest_momentum: momentum.norm(),
             forces,
@@ -65,7 +67,9 @@ impl Balance {
         self.forces = forces;
         self.impulse += step.load + step.reaction;
         self.work += step.work;
-        self.largest_momentum = self.largest_momentum.max(self.impulse.norm());
+        self.load_impulse += step.load;
+        let reached = self.impulse.norm().max(self.load_impulse.norm());
+        self.largest_momentum = self.largest_momentum.max(reached);
     }
 
     /// The body has been brought to rest under `forces`, as slowly as it takes to dissipate nothing.

@@ -93,6 +93,7 @@ impl PrescribedBody {
             smoothing_length: setup.solver.smoothing * dx,
             neighbours: neighbours(setup.solver.smoothing),
             scheme: Scheme::Rk4,
+            scheme_reason: None,
             dt: checks::time_step(setup, dt_limit)?,
             shortest_step: None,
             fastest_decay: 0.0,

@@ -84,6 +84,7 @@ impl Solid {
             smoothing_length: elastic.lattice.smoothing_length,
             neighbours: elastic.lattice.neighbours.len(),
             scheme: pace.scheme,
+            scheme_reason: pace.reason,
             dt: pace.dt,
             shortest_step: pace.adaptive,
             fastest_decay: setup.material.relaxation_time() * limit.kappa,

@@ -20,11 +20,14 @@ pub(super) struct Pace {
     pub dt: f64,
     /// The shortest step worth taking, of a scheme that chooses its steps.
     pub adaptive: Option<f64>,
+    /// Why this scheme, if the user left the choice open and it is not the paper's.
+    pub reason: Option<String>,
     /// What to tell the user.
     pub notes: Vec<String>,
 }
 
-/// The scheme, its time step, and what to tell the user about them; `wave` is the limit of the waves alone.
+/// The scheme, its time step, and what to tell the user about them. `solvable`: there is a stiffness
+/// to solve with.
 ///
 /// # Errors
 /// `time.dt` when it is not positive, above the limit, or "auto" without a limit; `time.integrator` when
@@ -33,12 +36,11 @@ pub(super) fn choose_pace(setup: &Setup, limit: &StepLimit, solvable: bool) -> R
     let relaxation_time = setup.material.relaxation_time();
     let dearer = limit.wave / limit.dt;
     let asked = setup.integration.scheme;
-    let mut notes = Vec::new();
+    let mut reason = None;
     let scheme = match asked {
         Scheme::Auto if solvable && dearer > DEARER && !asks_for_less(setup, limit) => {
-            notes.push(format!(
-                "time.integrator = \"sdirk2\": viscosity would make the steps of rk4 {dearer:.0} times shorter \
-                 than waves do"
+            reason = Some(format!(
+                "viscosity would make the steps of rk4 {dearer:.0} times shorter than waves do"
             ));
             Scheme::Sdirk2
         }
@@ -62,19 +64,19 @@ pub(super) fn choose_pace(setup: &Setup, limit: &StepLimit, solvable: bool) -> R
         ));
     }
     if scheme == Scheme::Rk4 {
-        let (dt, more) = choose_step(setup, limit)?;
-        notes.extend(more);
-        return Ok(Pace { scheme, dt, adaptive: None, notes });
+        let (dt, notes) = choose_step(setup, limit)?;
+        return Ok(Pace { scheme, dt, adaptive: None, reason, notes });
     }
+    let notes = Vec::new();
     let shortest = SHORTEST * limit.dt;
     match setup.time_step {
-        TimeStep::Fixed(dt) if dt.is_finite() && dt > 0.0 => Ok(Pace { scheme, dt, adaptive: None, notes }),
+        TimeStep::Fixed(dt) if dt.is_finite() && dt > 0.0 => Ok(Pace { scheme, dt, adaptive: None, reason, notes }),
         _ => {
             // Whatever is wrong for RK4 is wrong here.
             choose_step(setup, limit)?;
             let dt = (FIRST * relaxation_time).max(shortest);
             let adaptive = (scheme == Scheme::Sdirk2).then_some(shortest);
-            Ok(Pace { scheme, dt, adaptive, notes })
+            Ok(Pace { scheme, dt, adaptive, reason, notes })
         }
     }
 }

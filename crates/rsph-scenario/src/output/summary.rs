@@ -129,6 +129,8 @@ pub struct Summary {
     pub energy: Energy,
     /// Scheme of integration in time.
     pub integrator: &'static str,
+    /// Why, if the program chose it; `null` otherwise.
+    pub integrator_reason: Option<String>,
     /// Time step; the first of a scheme that chooses its steps.
     pub dt: f64,
     /// Largest stable time step.
@@ -202,6 +204,7 @@ impl Summary {
                 dissipated: conservation.dissipated,
             },
             integrator: d.scheme.name(),
+            integrator_reason: d.scheme_reason.clone(),
             dt: d.dt,
             dt_limit: d.dt_limit,
             threads: outcome.threads,
