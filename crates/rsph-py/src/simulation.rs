@@ -192,11 +192,7 @@ impl Simulation {
     }
 
     /// K u of displacements (N, 3), as an array of that shape.
-    fn stiffness<'py>(
-        &self,
-        py: Python<'py>,
-        u: PyReadonlyArray2<'py, f64>,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    fn stiffness<'py>(&self, py: Python<'py>, u: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyAny>> {
         let state = &mut *self.state()?;
         let (u, n) = (u.as_array(), state.simulation.particles().len());
         if u.shape() != [n, 3] {

@@ -7,13 +7,15 @@ mod parts;
 mod probes;
 
 use crate::scenario::{
-    BodyTable, Document, FormulationName, Integrator, KeyPath, LoadedScenario, ModeName, Scenario, ScenarioError, SolverTable,
-    TimeStepValue, TimeTable, UnitsName,
+    BodyTable, Document, FormulationName, Integrator, KeyPath, LoadedScenario, ModeName, Scenario,
+    ScenarioError, SolverTable, TimeStepValue, TimeTable, UnitsName,
 };
 use crate::shape_of::shape_of;
 use checks::{positive, zero_or_more};
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{Formulation, Initial, Integration, Mechanics, Ramp, Scheme, Setup, Solver, TimeStep, Units};
+use rsph_core::setup::{
+    Formulation, Initial, Integration, Mechanics, Ramp, Scheme, Setup, Solver, TimeStep, Units,
+};
 
 /// More frames than this would fill a disk before anyone looks at them.
 const MAX_FRAMES: f64 = 100_000.0;

@@ -136,10 +136,12 @@ impl Elastic {
         ops::adjoint_sums(&self.lattice, &self.work.pair, &mut self.work.adjoint);
         let (yx, yyz) = y.split_at_mut(n);
         let (yy, yz) = yyz.split_at_mut(n);
-        (yx, yy, yz).into_par_iter().with_min_len(PARTICLES_A_SUM).enumerate().for_each(|(a, (yx, yy, yz))| {
-            let z = vector(x, n, a) * (m * self.mass[a]) - self.internal_force(a).0 * c;
-            (*yx, *yy, *yz) = (z.x, z.y, z.z);
-        });
+        (yx, yy, yz).into_par_iter().with_min_len(PARTICLES_A_SUM).enumerate().for_each(
+            |(a, (yx, yy, yz))| {
+                let z = vector(x, n, a) * (m * self.mass[a]) - self.internal_force(a).0 * c;
+                (*yx, *yy, *yz) = (z.x, z.y, z.z);
+            },
+        );
         self.fixed.zero(y, n);
     }
 

@@ -97,7 +97,10 @@ impl Integrator for RungeKuttaChebyshev {
                     .into_par_iter()
                     .zip(self.start_rates[i].values())
                     .for_each(|((y, before, start, rate), start_rate)| {
-                        let next = (1.0 - mu - nu) * start + mu * *y + nu * *before + step * rate
+                        let next = (1.0 - mu - nu) * start
+                            + mu * *y
+                            + nu * *before
+                            + step * rate
                             + of_start * start_rate;
                         *before = *y;
                         *y = next;

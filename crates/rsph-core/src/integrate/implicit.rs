@@ -64,8 +64,7 @@ impl Implicit {
             elastic.fixed.zero(&mut load, n);
             let mut rest = zeros();
             let goal = 0.01 * solver.norm(&load);
-            let outcome =
-                solver.solve(elastic, (0.0, 1.0), &load, &mut rest, goal, 100, &mut |_, _| true);
+            let outcome = solver.solve(elastic, (0.0, 1.0), &load, &mut rest, goal, 100, &mut |_, _| true);
             if outcome.converged {
                 scale = solver.norm(&rest);
             }

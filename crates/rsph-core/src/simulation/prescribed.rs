@@ -17,7 +17,7 @@ use crate::particles::{Column, Field, Particles};
 use crate::reconstruct::{grid_around, reconstruct};
 use crate::remesh::{NewVolume, NodeLattice, RemeshError, Remesher};
 use crate::sample::{Alignment, Body, sample};
-use crate::setup::{Prescription, Probe, Setup, Scheme};
+use crate::setup::{Prescription, Probe, Scheme, Setup};
 use crate::snapshot::Snapshot;
 use crate::surface::{Surface, SurfaceField};
 use crate::tensor::Vec3;

@@ -151,7 +151,8 @@ impl Simulation {
 /// What is loose, in words.
 fn describe(piece: &LoosePiece) -> String {
     let c = &piece.centre;
-    let which = format!("the piece of {} particles around ({:.3}, {:.3}, {:.3})", piece.particles, c.x, c.y, c.z);
+    let which =
+        format!("the piece of {} particles around ({:.3}, {:.3}, {:.3})", piece.particles, c.x, c.y, c.z);
     if piece.free {
         format!("{which} is held by nothing, so that it has no equilibrium")
     } else {

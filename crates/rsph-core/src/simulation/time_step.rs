@@ -70,7 +70,9 @@ pub(super) fn choose_pace(setup: &Setup, limit: &StepLimit, solvable: bool) -> R
     let notes = Vec::new();
     let shortest = SHORTEST * limit.dt;
     match setup.time_step {
-        TimeStep::Fixed(dt) if dt.is_finite() && dt > 0.0 => Ok(Pace { scheme, dt, adaptive: None, reason, notes }),
+        TimeStep::Fixed(dt) if dt.is_finite() && dt > 0.0 => {
+            Ok(Pace { scheme, dt, adaptive: None, reason, notes })
+        }
         _ => {
             // Whatever is wrong for RK4 is wrong here.
             choose_step(setup, limit)?;

@@ -5,7 +5,7 @@ use super::blocks::diagonal_blocks;
 use super::direct::Direct;
 use super::hexahedra;
 use super::level::{
-    Coarsening, Level, NO_NODE, LANCZOS_MARGIN, LANCZOS_STEPS, SMOOTHED, inverse_of_diagonal, slot,
+    Coarsening, LANCZOS_MARGIN, LANCZOS_STEPS, Level, NO_NODE, SMOOTHED, inverse_of_diagonal, slot,
 };
 use super::operator::{Operator, Preconditioner};
 use super::spectrum::largest_eigenvalue;

@@ -118,7 +118,10 @@ fn names(free: &[Vector6<f64>], centre: &Vec3, radius: f64) -> Vec<String> {
         if turn.norm() > 1e-3 && (turn[k] / turn.norm()).abs() > 1.0 - ALONG {
             let shift = Vec3::new(best[0], best[1], best[2]);
             let p = centre + turn.cross(&shift) / turn.norm_squared() * radius;
-            names.push(format!("turned about an axis along {axis} through ({:.3}, {:.3}, {:.3})", p.x, p.y, p.z));
+            names.push(format!(
+                "turned about an axis along {axis} through ({:.3}, {:.3}, {:.3})",
+                p.x, p.y, p.z
+            ));
         }
     }
     if names.len() < free.len() && shifts < names.len().max(1) {

@@ -50,9 +50,7 @@ impl Transfer {
             let o = corner(k);
             std::array::from_fn(|i| c[i] + o[i] as i32)
         };
-        let nodes = NodeMap::new(
-            blocks.coordinates.iter().flat_map(|c| (0..8).map(move |k| at(c, k))),
-        );
+        let nodes = NodeMap::new(blocks.coordinates.iter().flat_map(|c| (0..8).map(move |k| at(c, k))));
         let nodes_of: Vec<[u32; 8]> =
             blocks.coordinates.iter().map(|c| std::array::from_fn(|k| nodes.node(at(c, k)))).collect();
         let mut blocks_of = vec![[NO_NODE; 8]; nodes.coordinates.len()];
