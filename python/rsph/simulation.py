@@ -127,7 +127,7 @@ class Simulation:
             makes the steps of ``"rk4"`` more than 100 times shorter than waves do.
         dt: time step (s), or ``"auto"`` for 0.9 of the stability limit, or for steps that
             ``"sdirk2"`` chooses by their error.
-        tolerance: that error as a share of the displacement; by default 0.01.
+        tolerance: that error as a share of the displacement; by default 0.02.
         allow_unstable: accept a ``dt`` above the stability limit.
         units: ``"SI"`` or ``"normalised"``; labels only.
 

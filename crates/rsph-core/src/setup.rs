@@ -267,14 +267,14 @@ impl Scheme {
 pub struct Integration {
     /// The scheme.
     pub scheme: Scheme,
-    /// Error of a step of a scheme that chooses its steps, and ten times the error of the linear systems of
+    /// Error of a step of a scheme that chooses its steps, and fifty times the residual of the linear systems of
     /// implicit ones, as shares of the displacement and of the load.
     pub tolerance: f64,
 }
 
 impl Default for Integration {
     fn default() -> Self {
-        Self { scheme: Scheme::Auto, tolerance: 0.01 }
+        Self { scheme: Scheme::Auto, tolerance: 0.02 }
     }
 }
 

@@ -9,6 +9,7 @@ use rsph_core::boundary::fixed::FixedParticle;
 use rsph_core::boundary::mirror::MirrorPlane;
 use rsph_core::dynamics::elastic::Elastic;
 use rsph_core::solve::blocks::diagonal_blocks;
+use rsph_core::solve::cg::Goal;
 use rsph_core::solve::rigid::loose_pieces;
 use rsph_core::solve::stiff::StiffSolver;
 use rsph_core::tensor::Vec3;
@@ -30,8 +31,8 @@ fn held_ball(smoothing: f64) -> TestBody {
 fn iterations(elastic: &mut Elastic, scales: (f64, f64), load: &[f64]) -> (usize, Vec<f64>) {
     let mut solver = StiffSolver::new(elastic);
     let mut x = vec![0.0; load.len()];
-    let goal = 1e-6 * solver.norm(load);
-    let outcome = solver.solve(elastic, scales, load, &mut x, goal, 200, &mut |_, _| true);
+    let goal = Goal { residual: 1e-6 * solver.norm(load), iterations: 200 };
+    let outcome = solver.solve(elastic, scales, load, &mut x, goal, &mut |_, _| true);
     assert!(outcome.converged);
     (outcome.iterations, x)
 }

@@ -206,7 +206,7 @@ pub fn advance(
             break;
         }
     }
-    finish(simulation, &start, until, status, recorder, observer)
+    finish(simulation, &start, until, status, recorder.sink, observer)
 }
 
 /// Brings `simulation` to rest at `steps` moments up to `until`, each with a frame, the undeformed body
@@ -248,7 +248,7 @@ pub fn settle(
             }
         }
     }
-    finish(simulation, &start, until, status, recorder, observer)
+    finish(simulation, &start, until, status, recorder.sink, observer)
 }
 
 /// Closes a run.
@@ -257,7 +257,7 @@ fn finish(
     start: &Start,
     until: f64,
     status: Status,
-    recorder: Recorder<'_>,
+    sink: &mut dyn RunSink,
     observer: &mut dyn Observer,
 ) -> Result<Outcome, SinkError> {
     observer.progressed(&start.progress(simulation, until));
@@ -271,7 +271,7 @@ fn finish(
         remesh: simulation.remesh_log(),
         equilibrium: simulation.equilibrium(),
     };
-    recorder.sink.finish(&outcome)?;
+    sink.finish(&outcome)?;
     observer.finished(&outcome);
     Ok(outcome)
 }

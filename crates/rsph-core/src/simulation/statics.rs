@@ -3,6 +3,7 @@
 use super::Simulation;
 use crate::error::{Failure, FailureKind};
 use crate::particles::{Column, Field};
+use crate::solve::cg::Goal;
 use crate::solve::rigid::{LoosePiece, loose_pieces};
 use crate::solve::stiff::StiffSolver;
 use crate::tensor::Vec3;
@@ -102,8 +103,7 @@ impl Simulation {
                 (0.0, 1.0),
                 &force,
                 &mut correction_of_u,
-                TOLERANCE * reference,
-                MAX_ITERATIONS,
+                Goal { residual: TOLERANCE * reference, iterations: MAX_ITERATIONS },
                 &mut |k, r| r.is_finite() && watch(found.iterations + k, r / reference),
             );
             found.iterations += outcome.iterations;

@@ -3,6 +3,15 @@
 use super::operator::{Operator, Preconditioner};
 use super::sums::{Sums, combine};
 
+/// When a solve ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Goal {
+    /// |b - A x| at which it is done.
+    pub residual: f64,
+    /// Iterations after which it is given up.
+    pub iterations: usize,
+}
+
 /// How a solve ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outcome {
@@ -36,7 +45,7 @@ impl ConjugateGradients {
         &mut self.sums
     }
 
-    /// Improves `x` until |b - A x| <= `goal`, at most `max_iterations` times; `b` must be zero in held
+    /// Improves `x` until `goal` is met; `b` must be zero in held
     /// components. `watch` sees (iteration, residual) and may stop the solve by returning false.
     pub fn solve(
         &mut self,
@@ -44,8 +53,7 @@ impl ConjugateGradients {
         preconditioner: &mut dyn Preconditioner,
         b: &[f64],
         x: &mut [f64],
-        goal: f64,
-        max_iterations: usize,
+        goal: Goal,
         watch: &mut dyn FnMut(usize, f64) -> bool,
     ) -> Outcome {
         let Self { r, z, p, q, sums } = self;
@@ -57,9 +65,9 @@ impl ConjugateGradients {
         let mut outcome = Outcome { iterations: 0, residual: sums.norm(r), converged: false };
         let mut rz_before = 0.0;
         loop {
-            outcome.converged = outcome.residual <= goal;
+            outcome.converged = outcome.residual <= goal.residual;
             if outcome.converged
-                || outcome.iterations == max_iterations
+                || outcome.iterations == goal.iterations
                 || !watch(outcome.iterations, outcome.residual)
             {
                 return outcome;

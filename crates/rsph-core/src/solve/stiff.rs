@@ -1,7 +1,7 @@
 //! (m M + c K) x = b of a body: conjugate gradients with the multigrid hierarchy of its lattice, which is
 //! made once and serves as long as the lattice stands.
 
-use super::cg::{ConjugateGradients, Outcome};
+use super::cg::{ConjugateGradients, Goal, Outcome};
 use super::multigrid::Multigrid;
 use super::operator::{Operator, Shifted};
 use crate::dynamics::elastic::Elastic;
@@ -41,7 +41,7 @@ impl StiffSolver {
         }
     }
 
-    /// Improves x until |b - (m M + c K) x| <= `goal`; `scales` is (m, c). `watch` as in
+    /// Improves x until |b - (m M + c K) x| meets `goal`; `scales` is (m, c). `watch` as in
     /// [`ConjugateGradients::solve`].
     pub fn solve(
         &mut self,
@@ -49,8 +49,7 @@ impl StiffSolver {
         scales: (f64, f64),
         b: &[f64],
         x: &mut [f64],
-        goal: f64,
-        max_iterations: usize,
+        goal: Goal,
         watch: &mut dyn FnMut(usize, f64) -> bool,
     ) -> Outcome {
         if self.scales != scales {
@@ -59,7 +58,7 @@ impl StiffSolver {
         }
         let mut shifted = Shifted { elastic, mass: scales.0, stiffness: scales.1 };
         let mut operator = Counted(&mut shifted, &mut self.applications);
-        self.gradients.solve(&mut operator, &mut self.multigrid, b, x, goal, max_iterations, watch)
+        self.gradients.solve(&mut operator, &mut self.multigrid, b, x, goal, watch)
     }
 
     /// |x|, summed in a fixed order.

@@ -247,7 +247,7 @@ pub struct TimeTable {
     #[serde(default)]
     pub dt: TimeStepValue,
     /// Error of a step of "sdirk2" with dt "auto", estimated for a scheme of first order, as a share of the
-    /// displacement; a tenth of it is the residual of implicit stages. Default: 0.01.
+    /// displacement; a fiftieth of it is the residual of implicit stages. Default: 0.02.
     pub tolerance: Option<f64>,
     /// End of the simulation (s), positive.
     #[schemars(extend("exclusiveMinimum" = 0))]

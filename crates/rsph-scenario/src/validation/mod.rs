@@ -2,7 +2,9 @@
 
 mod case;
 mod column;
+mod creep;
 mod deformation;
+mod equilibrium;
 mod figure;
 mod kelvin_voigt_bar;
 mod literal;
@@ -99,6 +101,8 @@ const CASES: &[(&str, Case)] = &[
     ("column", column::run),
     ("series", series::run),
     ("tensile", tensile::run),
+    ("equilibrium", equilibrium::run),
+    ("creep", creep::run),
     ("literal", literal::run),
     ("deformation", deformation::run),
 ];
