@@ -305,7 +305,7 @@ class Simulation:
         It acts on displacements (m) in the order of ``snapshot().displacement.ravel()`` and gives
         forces (N), shape (3 N, 3 N); held components are zero.
         """
-        from scipy.sparse.linalg import LinearOperator  # noqa: PLC0415
+        from scipy.sparse.linalg import LinearOperator  # type: ignore[import-untyped,unused-ignore]
 
         size = 3 * self.particles
 
