@@ -131,5 +131,5 @@ def test_probes_and_summary_belong_to_the_run(run: Path) -> None:
     assert table.shape[1] == len(header)
     assert (np.diff(table[:, 0]) > 0).all()
     summary = json.loads((run / "summary.json").read_text())
-    assert set(summary["energy"]) == {"kinetic", "elastic", "external_work", "dissipated"}
+    assert set(summary["energy"]) == {"kinetic", "elastic", "external_work", "dissipated", "error"}
     assert summary["status"] == "finished"
