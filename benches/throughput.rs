@@ -31,6 +31,7 @@ fn cube(n: usize, smoothing: f64) -> Simulation {
         remesh: Remesh::default(),
         solver: Solver { smoothing, ..Solver::default() },
         time_step: TimeStep::Auto,
+        integration: rsph_core::setup::Integration::default(),
         allow_unstable: false,
         probes: Vec::new(),
     })

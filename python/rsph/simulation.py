@@ -8,7 +8,7 @@ import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, TypeVar
+from typing import Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +24,7 @@ from rsph.probes import Probe
 from rsph.results import Snapshot, Surface
 from rsph.shapes import Shape
 
-__all__ = ["Description", "Simulation"]
+__all__ = ["Description", "Equilibrium", "Simulation"]
 
 Array = npt.NDArray[np.float64]
 History: TypeAlias = dict[str, Array]
@@ -50,8 +50,10 @@ class Description:
     """Smoothing length h (m)."""
     neighbours: int
     """Neighbours of an inner particle."""
+    integrator: str
+    """Scheme of integration in time."""
     dt: float
-    """Time step (s)."""
+    """Time step (s), the first of a scheme that chooses its steps."""
     dt_limit: float
     """Largest stable time step (s)."""
     limited_by_viscosity: bool
@@ -62,6 +64,26 @@ class Description:
     """Volume of the shape (m^3)."""
     load: Array
     """Total force of the loads at full ramp (N), shape (3,)."""
+
+
+Integrator: TypeAlias = Literal["auto", "rk4", "sdirk2", "backward-euler", "rkc2"]
+"""Schemes of integration in time."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Equilibrium:
+    """How an equilibrium was found."""
+
+    iterations: int
+    """Iterations of the linear solver."""
+    residual: float
+    """Forces out of balance as a share of the load."""
+    compliance: float
+    """Loads times displacement, f . u (J)."""
+    load: Array
+    """Total force of the loads (N), shape (3,)."""
+    reaction: Array
+    """Total force of the clamps on the body (N), shape (3,)."""
 
 
 class Simulation:
@@ -99,10 +121,15 @@ class Simulation:
         initial_displacement: the same for the displacement (m). None by default.
         formulation: ``"adjoint"``, which is stable, or ``"paper"``, which is the paper's to the
             letter and is not.
-        smoothing: smoothing length in spacings; by default 1.25.
-        hourglass: weight of the hourglass term; by default 0.1, or 0.2 for a material for large
+        smoothing: smoothing length in spacings; by default 0.8 (1.25 with formulation
+            ``"paper"`` or a material for large strain).
+        hourglass: weight of the hourglass term; by default 0.4, or 0.2 for a material for large
             strain.
-        dt: time step (s), or ``"auto"`` for 0.9 of the stability limit.
+        integrator: scheme of integration; ``"auto"`` is ``"rk4"``, or ``"sdirk2"`` where viscosity
+            makes the steps of ``"rk4"`` more than 100 times shorter than waves do.
+        dt: time step (s), or ``"auto"`` for 0.9 of the stability limit, or for steps that
+            ``"sdirk2"`` chooses by their error.
+        tolerance: that error as a share of the displacement; by default 0.02.
         allow_unstable: accept a ``dt`` above the stability limit.
         remesh_every: time steps between remeshings, 0 for never, or ``"auto"``: when the strain has
             changed by 0.25 since the last one.
@@ -130,7 +157,9 @@ class Simulation:
         formulation: Literal["adjoint", "paper"] = "adjoint",
         smoothing: float | None = None,
         hourglass: float | None = None,
+        integrator: Integrator = "auto",
         dt: float | Literal["auto"] = "auto",
+        tolerance: float | None = None,
         allow_unstable: bool = False,
         remesh_every: int | Literal["auto"] = 0,
         remesh_kernel: Literal["m4-prime", "lambda-4-2", "lambda-6-4"] | None = None,
@@ -152,7 +181,13 @@ class Simulation:
             load=[load._as_table() for load in _list(loads, Load, "loads")],
             probe=[probe._as_table() for probe in _list(probes, Probe, "probes")],
             solver=without_none(formulation=formulation, smoothing=smoothing, hourglass=hourglass),
-            time={"dt": dt, "until": 1.0, "allow_unstable": allow_unstable},
+            time=without_none(
+                integrator=integrator,
+                dt=dt,
+                tolerance=tolerance,
+                until=1.0,
+                allow_unstable=allow_unstable,
+            ),
             remesh=without_none(
                 every=remesh_every,
                 kernel=remesh_kernel,
@@ -206,6 +241,8 @@ class Simulation:
         self,
         *,
         until: float | None = None,
+        integrator: Integrator | None = None,
+        dt: float | None = None,
         every: float | None = None,
         callback: Callable[[Simulation], object] | None = None,
         progress: bool = False,
@@ -217,6 +254,8 @@ class Simulation:
 
         Args:
             until: end of the run (s); by default that of the scenario file.
+            integrator: scheme from here on; by default the one so far.
+            dt: its time step (s); by default the scheme's own. Only together with ``integrator``.
             every: time (s) between two calls of ``callback``; by default a fiftieth of the run.
             callback: called with the simulation; it may take snapshots. An exception ends the run.
             progress: show on stderr how far it is.
@@ -229,6 +268,16 @@ class Simulation:
         """
         start = self.time
         end = self._end(until)
+        if integrator is not None:
+            self._core.set_integration(integrator, dt)
+            self._description = Description(**self._core.description())
+        elif dt is not None:
+            raise InputError(
+                f"`dt` = {dt}: is for another `integrator`",
+                key="dt",
+                value=str(dt),
+                remedy="name the integrator as well",
+            )
         if every is not None and not every > 0.0:
             raise InputError(
                 f"`every` = {every}: must be greater than 0",
@@ -252,6 +301,34 @@ class Simulation:
             if report is not None:
                 report.close(self.time)
         return self.history()
+
+    def solve_static(self, *, time: float | None = None) -> Equilibrium:
+        """Goes straight to equilibrium under the loads and holds of a moment, at rest.
+
+        Args:
+            time: that moment (s), which becomes the present one; by default the present time.
+
+        Raises:
+            SimulationError: the body is not held, or no equilibrium was found.
+        """
+        return Equilibrium(**self._core.solve_static(self.time if time is None else float(time)))
+
+    @property
+    def stiffness(self) -> Any:
+        """The stiffness K as a ``scipy.sparse.linalg.LinearOperator`` (needs SciPy).
+
+        It acts on displacements (m) in the order of ``snapshot().displacement.ravel()`` and gives
+        forces (N), shape (3 N, 3 N); held components are zero.
+        """
+        from scipy.sparse.linalg import LinearOperator  # type: ignore[import-untyped,unused-ignore]
+
+        size = 3 * self.particles
+
+        def apply(u: Array) -> Array:
+            rows = np.ascontiguousarray(u, dtype=np.float64).reshape(-1, 3)
+            return self._core.stiffness(rows).ravel()
+
+        return LinearOperator((size, size), matvec=apply, rmatvec=apply, dtype=np.float64)
 
     def _end(self, until: float | None) -> float:
         end = self._core.until if until is None else until

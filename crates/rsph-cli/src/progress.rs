@@ -42,14 +42,18 @@ impl Observer for Display {
         }
         let limit = if d.limited_by_viscosity { "viscosity" } else { "wave speed" };
         tracing::info!(
-            "{} particles, spacing {}, volume {} (shape {}), dt {} (limit {}, set by {limit})",
+            "{} particles, spacing {}, volume {} (shape {}), {} with dt {} (limit of rk4 {}, set by {limit})",
             d.particles,
             number(d.spacing),
             number(d.volume),
             number(d.shape_volume),
+            d.scheme.name(),
             number(d.dt),
             number(d.dt_limit),
         );
+        if let Some(reason) = &d.scheme_reason {
+            tracing::info!("integrator {}: {reason}", d.scheme.name());
+        }
         self.begun = Instant::now();
         self.last_line = self.begun;
     }
@@ -68,6 +72,16 @@ impl Observer for Display {
         );
         if let Some(bar) = &self.bar {
             bar.set_position((part * BAR_LENGTH as f64) as u64);
+            bar.set_message(line);
+        } else if !self.quiet && self.last_line.elapsed() >= LINE_INTERVAL {
+            self.last_line = Instant::now();
+            tracing::info!("{line}");
+        }
+    }
+
+    fn solving(&mut self, iteration: usize, residual: f64) {
+        let line = format!("iteration {iteration}, {residual:.1e} of the load out of balance");
+        if let Some(bar) = &self.bar {
             bar.set_message(line);
         } else if !self.quiet && self.last_line.elapsed() >= LINE_INTERVAL {
             self.last_line = Instant::now();

@@ -39,6 +39,8 @@ pub enum FailureKind {
     Unstable,
     /// A particle was turned inside out, det F <= 0, or the body can not be laid anew.
     Inverted,
+    /// A linear system was not solved: the body hangs by a thin piece or not at all.
+    NotConverged,
     /// The particles have flown so far apart that no lattice holds them.
     Scattered,
     /// Two particles on a line have passed each other.

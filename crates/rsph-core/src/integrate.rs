@@ -1,7 +1,11 @@
 //! Time integration. Particles move with the material, so that the material derivative D/Dt of
 //! Eq. (3) is the plain time derivative of what they carry.
 
+pub mod chebyshev;
+pub mod implicit;
+
 use crate::dynamics::{Dynamics, ForceSums};
+use crate::error::FailureKind;
 use crate::particles::{Column, Field, Particles};
 use crate::tensor::Vec3;
 use rayon::prelude::*;
@@ -30,6 +34,39 @@ pub struct StepSums {
     pub dissipated: f64,
 }
 
+/// What a step came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Step {
+    /// What it did to the body.
+    pub sums: StepSums,
+    /// The forces at its start (explicit schemes) or end (implicit ones).
+    pub forces: ForceSums,
+    /// Right-hand sides evaluated and operators applied.
+    pub evaluations: u64,
+    /// Length of the next step, from schemes that choose it.
+    pub next: Option<f64>,
+    /// Whether it was taken; if not the particles are as before, and the next step must be shorter.
+    pub taken: bool,
+}
+
+/// A scheme of integration in time with its work space for one set of particles.
+pub trait Integrator: std::fmt::Debug + Send + Sync {
+    /// The forces at time `t`, without advancing.
+    fn evaluate(&mut self, dynamics: &mut dyn Dynamics, particles: &Particles, t: f64) -> ForceSums;
+
+    /// Advances `particles` from `t` to `t + dt`.
+    ///
+    /// # Errors
+    /// What went wrong; the particles are then of no use.
+    fn step(
+        &mut self,
+        dynamics: &mut dyn Dynamics,
+        particles: &mut Particles,
+        t: f64,
+        dt: f64,
+    ) -> Result<Step, (FailureKind, String)>;
+}
+
 impl RungeKutta4 {
     /// Work space for `dynamics` on `particles`.
     pub fn new(dynamics: &dyn Dynamics, particles: &Particles) -> Self {
@@ -40,21 +77,20 @@ impl RungeKutta4 {
 
     /// Right-hand sides a step.
     pub const EVALUATIONS: u64 = 4;
+}
 
-    /// The forces at time `t`, without advancing.
-    pub fn evaluate(&mut self, dynamics: &mut dyn Dynamics, particles: &Particles, t: f64) -> ForceSums {
+impl Integrator for RungeKutta4 {
+    fn evaluate(&mut self, dynamics: &mut dyn Dynamics, particles: &Particles, t: f64) -> ForceSums {
         dynamics.rates(t, particles, &mut self.rates)
     }
 
-    /// Advances `particles` from `t` to `t + dt`; returns the sums over the step and the forces at its
-    /// start.
-    pub fn step(
+    fn step(
         &mut self,
         dynamics: &mut dyn Dynamics,
         particles: &mut Particles,
         t: f64,
         dt: f64,
-    ) -> (StepSums, ForceSums) {
+    ) -> Result<Step, (FailureKind, String)> {
         // (time of the stage, weight of its rates, distance of the next stage), in steps.
         const STAGES: [(f64, f64, f64); 4] =
             [(0.0, 1.0 / 6.0, 0.5), (0.5, 1.0 / 3.0, 0.5), (0.5, 1.0 / 3.0, 1.0), (1.0, 1.0 / 6.0, 0.0)];
@@ -87,13 +123,13 @@ impl RungeKutta4 {
             }
         }
         let imposed = dynamics.impose(t + dt, particles);
-        let step = StepSums {
+        let sums = StepSums {
             load: integral.load,
             reaction: integral.reaction + imposed.momentum,
             work: integral.power + imposed.energy,
             dissipated: integral.dissipation,
         };
-        (step, at_start)
+        Ok(Step { sums, forces: at_start, evaluations: Self::EVALUATIONS, next: None, taken: true })
     }
 }
 

@@ -43,6 +43,8 @@ pub struct Span {
 /// The lattice with its stencil and its particles.
 #[derive(Clone, Debug)]
 pub struct Lattice {
+    /// Lower corner of the cell (0, 0, 0).
+    pub origin: Vec3,
     /// Spacing dx.
     pub spacing: f64,
     /// Smoothing length h.
@@ -57,6 +59,8 @@ pub struct Lattice {
     pub particle_at: Vec<u32>,
     /// Cell of the padded box of every particle.
     pub cell_of: Vec<usize>,
+    /// Row of the padded box of every particle.
+    pub row_of: Vec<u32>,
     /// Neighbours X = x_b - x_a with w > 0.
     pub neighbours: Vec<Vec3>,
     /// Isotropic second moment sum_b dx^3 w X_x^2 of a full neighbourhood.
@@ -114,7 +118,7 @@ impl Lattice {
         }
 
         let mut particle_at = vec![NO_PARTICLE; stride * row_count];
-        let mut cell_of = Vec::with_capacity(cells.len());
+        let (mut cell_of, mut row_of) = (Vec::with_capacity(cells.len()), Vec::with_capacity(cells.len()));
         let mut spans = vec![Span::default(); row_count];
         for (a, c) in cells.iter().enumerate() {
             let row = (c[2] + pad[2]) * rows_y + c[1] + pad[1];
@@ -122,6 +126,7 @@ impl Lattice {
             let cell = row * stride + x;
             particle_at[cell] = a as u32;
             cell_of.push(cell);
+            row_of.push(row as u32);
             let span = &mut spans[row];
             if span.end == 0 {
                 span.start = x;
@@ -129,6 +134,7 @@ impl Lattice {
             span.end = x + 1;
         }
         Self {
+            origin: grid.origin,
             spacing: dx,
             smoothing_length: h,
             stride,
@@ -136,6 +142,7 @@ impl Lattice {
             offsets,
             particle_at,
             cell_of,
+            row_of,
             neighbours,
             full_moment,
             pad,
@@ -170,10 +177,22 @@ impl Lattice {
         Some(self.particle_at[cell]).filter(|&a| a != NO_PARTICLE).map(|a| a as usize)
     }
 
+    /// (Unpadded) coordinates of the cell of a particle.
+    pub fn coordinates(&self, a: usize) -> [usize; 3] {
+        let (row, x) = self.row_and_x(a);
+        [x - self.pad[0], row % self.rows_y - self.pad[1], row / self.rows_y - self.pad[2]]
+    }
+
+    /// Undeformed position of a particle: the centre of its cell.
+    pub fn position(&self, a: usize) -> Vec3 {
+        let cell = self.coordinates(a);
+        self.origin + Vec3::from_fn(|i, _| (cell[i] as f64 + 0.5) * self.spacing)
+    }
+
     /// Row and place within the row of a particle.
     #[inline(always)]
     pub fn row_and_x(&self, a: usize) -> (usize, usize) {
-        let cell = self.cell_of[a];
-        (cell / self.stride, cell % self.stride)
+        let row = self.row_of[a] as usize;
+        (row, self.cell_of[a] - row * self.stride)
     }
 }

@@ -32,6 +32,7 @@ pub mod setup;
 pub mod shape;
 pub mod simulation;
 pub mod snapshot;
+pub mod solve;
 pub mod stability;
 pub mod surface;
 pub mod tensor;

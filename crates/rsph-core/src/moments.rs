@@ -15,7 +15,7 @@ const SMALLEST_MOMENT: f64 = 0.02;
 /// included, with X = x_b - x_a and w = -W'(r)/r.
 #[derive(Clone, Copy, Debug)]
 pub struct Moments {
-    /// V_a.
+    /// V_a; zero for what no sum sees.
     pub volume: f64,
     /// L_a, the pseudo-inverse of sum V_b w X X^T.
     pub correction: Mat3,

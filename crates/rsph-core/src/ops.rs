@@ -39,38 +39,76 @@ pub fn scatter(lattice: &Lattice, field: &mut [f64], value: impl Fn(usize) -> Ve
     });
 }
 
+/// What a sweep does at each particle with its sums: the nine of H = sum w q_b (x) X (row by row), then
+/// Q = sum w q_b. It runs on a stretch of a row at once, a particle a lane.
+pub trait Pointwise: Sync {
+    /// Replaces the sums at `x`, `x + 1`, ... of `row` by its results, zero where there is no particle.
+    fn transform<S: Simd>(&self, simd: S, row: usize, x: usize, sums: &mut [S::f64s; PAIR_COMPONENTS]);
+}
+
+/// A function of (particle, H, Q), called for one particle after the other.
+#[derive(Clone, Copy, Debug)]
+pub struct PerParticle<'a, F> {
+    /// The lattice.
+    pub lattice: &'a Lattice,
+    /// The function.
+    pub function: F,
+}
+
+impl<F> Pointwise for PerParticle<'_, F>
+where
+    F: Fn(usize, &Mat3, &Vec3) -> [f64; PAIR_COMPONENTS] + Sync,
+{
+    #[inline(always)]
+    fn transform<S: Simd>(&self, _: S, row: usize, x: usize, sums: &mut [S::f64s; PAIR_COMPONENTS]) {
+        let mut lanes = [[0.0; LANES]; PAIR_COMPONENTS];
+        for (to, from) in lanes.iter_mut().zip(&*sums) {
+            S::as_mut_simd_f64s(&mut to[..S::F64_LANES]).0[0] = *from;
+        }
+        let first = row * self.lattice.stride + x;
+        for (l, &a) in self.lattice.particle_at[first..first + S::F64_LANES].iter().enumerate() {
+            let mut result = [0.0; PAIR_COMPONENTS];
+            if a != NO_PARTICLE {
+                let h = Mat3::from_fn(|i, j| lanes[3 * i + j][l]);
+                let laplacian = Vec3::from_fn(|i, _| lanes[9 + i][l]);
+                result = (self.function)(a as usize, &h, &laplacian);
+            }
+            for (lanes, value) in lanes.iter_mut().zip(result) {
+                lanes[l] = value;
+            }
+        }
+        for (from, to) in lanes.iter().zip(sums) {
+            *to = S::as_simd_f64s(&from[..S::F64_LANES]).0[0];
+        }
+    }
+}
+
 /// For every particle a the sums over its neighbours b, with q_b = V_b A_b from a box field,
 ///
 /// * H = sum_b w q_b (x) X (a matrix: Eq. (10) before the subtraction of A_a),
 /// * Q = sum_b w q_b,
 ///
-/// handed to `pointwise(a, H, Q)`, whose twelve results go to the box field `out`.
-pub fn gradient_sums<F>(lattice: &Lattice, q: &[f64], out: &mut [f64], pointwise: F)
-where
-    F: Fn(usize, &Mat3, &Vec3) -> [f64; PAIR_COMPONENTS] + Sync,
-{
+/// handed to `pointwise`, whose twelve results go to the box field `out`.
+pub fn gradient_sums(lattice: &Lattice, q: &[f64], out: &mut [f64], pointwise: &impl Pointwise) {
     let arch = Arch::new();
     out.par_chunks_mut(PAIR_COMPONENTS * lattice.stride).with_min_len(ROWS_A_TASK).enumerate().for_each(
         |(row, out)| {
             if lattice.spans[row].end > 0 {
-                arch.dispatch(GradientRow { lattice, row, q, out, pointwise: &pointwise });
+                arch.dispatch(GradientRow { lattice, row, q, out, pointwise });
             }
         },
     );
 }
 
-struct GradientRow<'a, F> {
+struct GradientRow<'a, P> {
     lattice: &'a Lattice,
     row: usize,
     q: &'a [f64],
     out: &'a mut [f64],
-    pointwise: &'a F,
+    pointwise: &'a P,
 }
 
-impl<F> WithSimd for GradientRow<'_, F>
-where
-    F: Fn(usize, &Mat3, &Vec3) -> [f64; PAIR_COMPONENTS] + Sync,
-{
+impl<P: Pointwise> WithSimd for GradientRow<'_, P> {
     type Output = ();
 
     #[inline(always)]
@@ -107,20 +145,10 @@ where
                     sum[9 + i] = simd.add_f64s(sum[9 + i], plain[i]);
                 }
             }
-            let mut lanes = [[0.0; LANES]; PAIR_COMPONENTS];
-            for (to, from) in lanes.iter_mut().zip(&sum) {
-                S::as_mut_simd_f64s(&mut to[..S::F64_LANES]).0[0] = *from;
-            }
-            for l in 0..S::F64_LANES.min(end - x) {
-                let a = lattice.particle_at[row * stride + x + l];
-                if a != NO_PARTICLE {
-                    let h = Mat3::from_fn(|i, j| lanes[3 * i + j][l]);
-                    let laplacian = Vec3::from_fn(|i, _| lanes[9 + i][l]);
-                    let result = pointwise(a as usize, &h, &laplacian);
-                    for (c, value) in result.into_iter().enumerate() {
-                        out[c * stride + x + l] = value;
-                    }
-                }
+            pointwise.transform(simd, row, x, &mut sum);
+            for (c, value) in sum.into_iter().enumerate() {
+                let first = c * stride + x;
+                S::as_mut_simd_f64s(&mut out[first..first + S::F64_LANES]).0[0] = value;
             }
             x += S::F64_LANES;
         }
@@ -180,11 +208,9 @@ impl WithSimd for AdjointRow<'_> {
                     sum[i] = simd.mul_add_e_f64s(z, along_z[i], sum[i]);
                 }
             }
-            let mut lanes = [0.0; LANES];
-            let n = S::F64_LANES.min(end - x);
-            for (i, from) in sum.iter().enumerate() {
-                S::as_mut_simd_f64s(&mut lanes[..S::F64_LANES]).0[0] = *from;
-                out[i * stride + x..i * stride + x + n].copy_from_slice(&lanes[..n]);
+            for (i, value) in sum.into_iter().enumerate() {
+                let first = i * stride + x;
+                S::as_mut_simd_f64s(&mut out[first..first + S::F64_LANES]).0[0] = value;
             }
             x += S::F64_LANES;
         }
@@ -203,6 +229,6 @@ fn lines<S: Simd, const C: usize>(field: &[f64], first: usize, stride: usize, re
 
 /// The vector at `d` of `line`.
 #[inline(always)]
-fn load<S: Simd>(_: S, line: &[f64], d: usize) -> S::f64s {
+pub(crate) fn load<S: Simd>(_: S, line: &[f64], d: usize) -> S::f64s {
     S::as_simd_f64s(&line[d..d + S::F64_LANES]).0[0]
 }

@@ -200,7 +200,8 @@ pub enum Formulation {
     Paper,
 }
 
-/// Settings of the spatial discretisation.
+/// Settings of the spatial discretisation. The default is that of the paper's figures;
+/// [`Solver::ACCURATE`] is better and cheaper.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solver {
     /// Form of the equations.
@@ -222,6 +223,12 @@ impl Default for Solver {
     }
 }
 
+impl Solver {
+    /// What measured best against finite elements on organs and on the clamped cube: 26 neighbours, and an
+    /// hourglass term that makes up for the softness of corrected gradients at free surfaces.
+    pub const ACCURATE: Self = Self { formulation: Formulation::Adjoint, smoothing: 0.8, hourglass: 0.4 };
+}
+
 /// The time step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum TimeStep {
@@ -230,6 +237,59 @@ pub enum TimeStep {
     Auto,
     /// This many seconds.
     Fixed(f64),
+}
+
+/// A scheme of integration in time, as a user asks for it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scheme {
+    /// RK4, or SDIRK2 where the viscosity makes RK4 more than a hundred times dearer than the waves do.
+    #[default]
+    Auto,
+    /// The classical Runge-Kutta scheme of fourth order, as in the paper.
+    Rk4,
+    /// Implicit, two stages, second order, L-stable.
+    Sdirk2,
+    /// Implicit, first order.
+    BackwardEuler,
+    /// Explicit with many cheap stages, second order.
+    Rkc2,
+}
+
+impl Scheme {
+    /// All of them.
+    pub const ALL: [Self; 5] = [Self::Auto, Self::Rk4, Self::Sdirk2, Self::BackwardEuler, Self::Rkc2];
+
+    /// Its name in scenario files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Rk4 => "rk4",
+            Self::Sdirk2 => "sdirk2",
+            Self::BackwardEuler => "backward-euler",
+            Self::Rkc2 => "rkc2",
+        }
+    }
+
+    /// Whether no step is too long for it to be stable.
+    pub fn is_implicit(self) -> bool {
+        matches!(self, Self::Sdirk2 | Self::BackwardEuler)
+    }
+}
+
+/// How time advances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Integration {
+    /// The scheme.
+    pub scheme: Scheme,
+    /// Error of a step of a scheme that chooses its steps, and fifty times the residual of the linear systems of
+    /// implicit ones, as shares of the displacement and of the load.
+    pub tolerance: f64,
+}
+
+impl Default for Integration {
+    fn default() -> Self {
+        Self { scheme: Scheme::Auto, tolerance: 0.02 }
+    }
 }
 
 /// A quantity that a probe reads.
@@ -308,6 +368,8 @@ pub struct Setup {
     pub solver: Solver,
     /// Time step.
     pub time_step: TimeStep,
+    /// The scheme of integration.
+    pub integration: Integration,
     /// Whether a time step above the stability limit is allowed.
     pub allow_unstable: bool,
     /// What is recorded.

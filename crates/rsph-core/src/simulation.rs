@@ -9,19 +9,24 @@ mod model;
 mod prescribed;
 mod remeshing;
 mod solid;
+mod statics;
 mod time_step;
 
 pub use crate::observe::Reading;
 pub use balance::Conservation;
 pub use prescribed::VOLUME_INSIDE;
 pub use remeshing::{RemeshLog, Sums};
+pub use statics::Equilibrium;
 
-use crate::dynamics::{Energy, ForceSums};
+use crate::dynamics::{Dynamics, Energy, ForceSums};
 use crate::error::{Failure, InvalidInput};
-use crate::integrate::RungeKutta4;
+use crate::integrate::chebyshev::RungeKuttaChebyshev;
+use crate::integrate::implicit::{self, Implicit};
+use crate::integrate::{Integrator, RungeKutta4};
 use crate::particles::Particles;
-use crate::setup::{Mechanics, RemeshTrigger, Setup};
+use crate::setup::{Integration, Mechanics, RemeshTrigger, Scheme, Setup, TimeStep};
 use crate::snapshot::Snapshot;
+use crate::stability::step_limit;
 use crate::surface::Surface;
 use crate::tensor::Vec3;
 use crate::watch::Watch;
@@ -32,6 +37,7 @@ use model::{Model, Moment, Parts};
 use prescribed::PrescribedBody;
 use remeshing::Remeshing;
 use solid::Solid;
+use time_step::choose_pace;
 
 /// Names and SI units of the readings that a kind of body adds to those of its probes, in order.
 pub fn own_readings(
@@ -56,8 +62,16 @@ pub struct Description {
     pub smoothing_length: f64,
     /// Neighbours of an inner particle.
     pub neighbours: usize,
-    /// Time step.
+    /// Scheme of integration, never `Auto`.
+    pub scheme: Scheme,
+    /// Why this scheme, if the choice was left open and it is not the paper's.
+    pub scheme_reason: Option<String>,
+    /// Time step, or the first of a scheme that chooses its steps.
     pub dt: f64,
+    /// Shortest step worth taking, of a scheme that chooses its steps.
+    pub shortest_step: Option<f64>,
+    /// Largest rate of decay by viscosity (1/s).
+    pub fastest_decay: f64,
     /// Largest stable time step.
     pub dt_limit: f64,
     /// Whether viscosity (true) or wave speed (false) sets the limit.
@@ -79,12 +93,35 @@ pub struct Simulation {
     description: Description,
     model: Box<dyn Model>,
     particles: Particles,
-    integrator: RungeKutta4,
+    integrator: Box<dyn Integrator>,
     remeshing: Remeshing,
     watch: Watch,
     balance: Balance,
     time: f64,
     steps: u64,
+    /// Length of the next step.
+    dt: f64,
+    evaluations: u64,
+    equilibrium: Option<Equilibrium>,
+}
+
+/// The scheme of integration for the particles of a moment.
+fn integrator(
+    setup: &Setup,
+    description: &Description,
+    dynamics: &mut dyn Dynamics,
+    particles: &Particles,
+) -> Box<dyn Integrator> {
+    let implicit = |scheme, dynamics: &mut dyn Dynamics| {
+        let (tolerance, shortest) = (setup.integration.tolerance, description.shortest_step);
+        Box::new(Implicit::new(scheme, dynamics, particles, tolerance, shortest))
+    };
+    match description.scheme {
+        Scheme::Auto | Scheme::Rk4 => Box::new(RungeKutta4::new(dynamics, particles)),
+        Scheme::Sdirk2 => implicit(implicit::Scheme::Sdirk2, dynamics),
+        Scheme::BackwardEuler => implicit(implicit::Scheme::BackwardEuler, dynamics),
+        Scheme::Rkc2 => Box::new(RungeKuttaChebyshev::new(dynamics, particles, description.fastest_decay)),
+    }
 }
 
 impl Simulation {
@@ -104,16 +141,20 @@ impl Simulation {
         let Parts { mut model, mut particles, description } = parts;
         let dynamics = model.dynamics_mut();
         dynamics.impose(0.0, &mut particles);
-        let mut integrator = RungeKutta4::new(dynamics, &particles);
+        let mut integrator = integrator(&setup, &description, dynamics, &particles);
         let energy = dynamics.energy(0.0, &particles);
         let forces = integrator.evaluate(dynamics, &particles, 0.0);
-        // Strains round to 1e-16 u / dx; ten digits more are far below any real energy.
+        // The energy is a difference of squares of u / dx, which round to 1e-16 of themselves. A strain e over
+        // a length L, with u = e L, has (dx / L)^2 1e16 times as much.
         let rounding =
-            1e-22 * setup.material.p_wave_modulus() * description.volume / description.spacing.powi(2);
+            1e-16 * setup.material.p_wave_modulus() * description.volume / description.spacing.powi(2);
         Ok(Self {
             watch: Watch::new(dynamics, &particles, energy, rounding),
             balance: Balance::new(dynamics.account(), &particles, energy, forces),
             remeshing: Remeshing::new(setup.remesh.trigger),
+            dt: description.dt,
+            evaluations: 0,
+            equilibrium: None,
             setup,
             description,
             model,
@@ -139,7 +180,7 @@ impl Simulation {
     /// # Errors
     /// When the state becomes meaningless; the last good state is kept.
     pub fn step(&mut self) -> Result<(), Failure> {
-        self.step_by(self.description.dt)?;
+        while !self.step_by(self.dt)? {}
         self.check()
     }
 
@@ -153,33 +194,62 @@ impl Simulation {
         t: f64,
         keep_going: &mut dyn FnMut(&mut Self) -> bool,
     ) -> Result<(), Failure> {
-        let (mut from, mut done, mut dt) = (self.time, 0, self.description.dt);
-        let count = |from: f64, dt: f64| ((t - from) / dt - 1e-6).ceil().max(0.0) as u64;
-        let mut steps = count(from, dt);
-        while done < steps {
-            done += 1;
-            let next = if done == steps { t } else { from + (t - from) * (done as f64 / steps as f64) };
-            let remeshed = self.remeshing.log.count;
-            self.step_by(next - self.time)?;
-            self.time = next;
-            if !keep_going(self) {
-                return Ok(());
-            }
-            // What is stable may be another step after a remesh.
-            if self.remeshing.log.count > remeshed && self.description.dt.to_bits() != dt.to_bits() {
-                (from, done, dt) = (next, 0, self.description.dt);
-                steps = count(from, dt);
+        let mut done = false;
+        while !done {
+            // Steps of even length up to t, until a remesh or a scheme that chooses its steps chooses another.
+            let (from, dt) = (self.time, self.dt);
+            let steps = ((t - from) / dt - 1e-6).ceil().max(0.0) as u64;
+            done = steps == 0;
+            for k in 1..=steps {
+                let next = if k == steps { t } else { from + (t - from) * (k as f64 / steps as f64) };
+                if self.step_by(next - self.time)? {
+                    self.time = next;
+                    done = k == steps;
+                    if !keep_going(self) {
+                        return Ok(());
+                    }
+                }
+                if self.dt.to_bits() != dt.to_bits() {
+                    break;
+                }
             }
         }
         self.check()
     }
 
-    fn step_by(&mut self, dt: f64) -> Result<(), Failure> {
+    /// Advances by `dt`; false if the scheme wants a shorter step and nothing was done.
+    fn step_by(&mut self, dt: f64) -> Result<bool, Failure> {
         let dynamics = self.model.dynamics_mut();
-        let (step, forces) = self.integrator.step(dynamics, &mut self.particles, self.time, dt);
+        let step = match self.integrator.step(dynamics, &mut self.particles, self.time, dt) {
+            Ok(step) => step,
+            Err((kind, what)) => {
+                let failure = Failure {
+                    kind,
+                    time: self.time,
+                    step: self.steps,
+                    what,
+                    place: None,
+                    remedy: "take a shorter `time.dt`; a body that hangs by a thin piece needs a smaller \
+                             spacing or a better hold"
+                        .into(),
+                };
+                self.restore();
+                return Err(failure);
+            }
+        };
+        self.evaluations += step.evaluations;
+        if let Some(next) = step.next {
+            // A step that only fills up to a moment says little about how long steps may be.
+            if !step.taken || next < self.dt || dt > 0.5 * self.dt {
+                self.dt = next;
+            }
+        }
+        if !step.taken {
+            return Ok(false);
+        }
         self.time += dt;
         self.steps += 1;
-        self.balance.add(&step, forces);
+        self.balance.add(&step.sums, step.forces);
         let moment = Moment { time: self.time, step: self.steps };
         if let Some(failure) = self.model.disorder(&self.particles, moment) {
             self.restore();
@@ -189,7 +259,10 @@ impl Simulation {
             self.check()?;
         }
         let strain = || self.model.strain(&self.particles, self.time, dt);
-        if self.remeshing.is_due(dt, strain) { self.remesh() } else { Ok(()) }
+        if self.remeshing.is_due(dt, strain) {
+            self.remesh()?;
+        }
+        Ok(true)
     }
 
     /// Lays the particles anew.
@@ -203,14 +276,19 @@ impl Simulation {
                 self.balance.impose(&imposed);
                 if let Some(limit) = &relaid.limit {
                     self.description.dt_limit = limit.dt;
-                    self.description.dt = time_step::step_within(&self.setup, limit);
+                    // A scheme without a limit keeps its pace.
+                    if self.description.scheme == Scheme::Rk4 {
+                        self.description.dt = time_step::step_within(&self.setup, limit);
+                        self.dt = self.description.dt;
+                    }
                 }
                 self.particles = relaid.particles.clone();
                 let energy = self.energy();
                 let after = Sums::new(&self.particles, energy);
                 self.remeshing.done(&relaid, before, after, self.description.dt);
+                let dynamics = self.model.dynamics_mut();
+                self.integrator = integrator(&self.setup, &self.description, dynamics, &self.particles);
                 let dynamics = self.model.dynamics();
-                self.integrator = RungeKutta4::new(dynamics, &self.particles);
                 self.watch.restart(dynamics, &self.particles, self.time, self.steps);
                 Ok(())
             }
@@ -259,9 +337,48 @@ impl Simulation {
         self.steps
     }
 
-    /// Number of right-hand sides evaluated.
+    /// Number of right-hand sides evaluated and, by implicit and static solves, operators applied.
     pub fn rhs_evaluations(&self) -> u64 {
-        self.steps * RungeKutta4::EVALUATIONS
+        self.evaluations
+    }
+
+    /// Goes on with another scheme of integration and time step.
+    ///
+    /// # Errors
+    /// As for a new simulation: `time.integrator`, `time.dt`.
+    pub fn set_integration(&mut self, integration: Integration, step: TimeStep) -> Result<(), InvalidInput> {
+        let mut setup = self.setup.clone();
+        (setup.integration, setup.time_step) = (integration, step);
+        let dynamics = self.model.dynamics_mut();
+        let Some(elastic) = dynamics.elastic() else {
+            return Err(InvalidInput::new(
+                "time.integrator",
+                integration.scheme.name(),
+                "can not be changed: only a solid of the adjoint formulation has other schemes than rk4",
+                "leave it out",
+            ));
+        };
+        let limit = step_limit(elastic);
+        let pace = choose_pace(&setup, &limit, true)?;
+        self.description.scheme = pace.scheme;
+        self.description.scheme_reason = pace.reason;
+        self.description.shortest_step = pace.adaptive;
+        self.description.dt = pace.dt;
+        self.dt = pace.dt;
+        self.setup = setup;
+        self.integrator = integrator(&self.setup, &self.description, dynamics, &self.particles);
+        Ok(())
+    }
+
+    /// K u of a displacement field (component by component), in newtons, held components zero; `None` if
+    /// the body has no stiffness.
+    pub fn stiffness(&mut self, u: &[f64]) -> Option<Vec<f64>> {
+        let elastic = self.model.dynamics_mut().elastic()?;
+        let mut free = u.to_vec();
+        elastic.fixed.zero(&mut free, u.len() / 3);
+        let mut force = vec![0.0; u.len()];
+        elastic.apply(0.0, 1.0, &free, &mut force);
+        Some(force)
     }
 
     /// The state without derived columns.

@@ -3,8 +3,8 @@
 use crate::boundary::fixed::Fixed;
 use crate::dynamics::elastic::Elastic;
 use crate::dynamics::large_strain::LargeStrain;
+use crate::solve::spectrum;
 use crate::tensor::Vec3;
-use nalgebra::DMatrix;
 
 /// Lanczos steps; the largest eigenvalue of an SPH operator on a lattice is found to 0.1 % in about
 /// forty.
@@ -23,6 +23,8 @@ pub struct StepLimit {
     pub kappa: f64,
     /// Largest stable time step of RK4 (s).
     pub dt: f64,
+    /// Largest step that the waves alone would allow (s).
+    pub wave: f64,
     /// Whether the viscosity sets it (true) or the wave speed (false).
     pub viscous: bool,
 }
@@ -39,13 +41,13 @@ pub fn large_step_limit<const D: usize>(body: &mut LargeStrain<D>, x: &[Vec3]) -
     let (mut force, mut dx) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
     body.elastic_force(0.0, x, &mut force);
     let (mass, fixed) = (body.mass.clone(), body.fixed.clone());
-    let kappa = lanczos(&mass, &fixed, &mut |u, f| {
+    let kappa = largest(&mass, &fixed, &mut |u, f| {
         for (a, dx) in dx.iter_mut().enumerate() {
             *dx = Vec3::new(u[a], u[n + a], u[2 * n + a]);
         }
         body.tangent_force(&dx, &mut force);
         for (a, force) in force.iter().enumerate() {
-            (f[a], f[n + a], f[2 * n + a]) = (force.x, force.y, force.z);
+            (f[a], f[n + a], f[2 * n + a]) = (-force.x, -force.y, -force.z);
         }
         fixed.zero(f, n);
     });
@@ -55,70 +57,24 @@ pub fn large_step_limit<const D: usize>(body: &mut LargeStrain<D>, x: &[Vec3]) -
 fn limit(kappa: f64, relaxation_time: f64) -> StepLimit {
     let viscous = REAL_LIMIT / (relaxation_time * kappa);
     let wave = IMAGINARY_LIMIT / kappa.sqrt();
-    StepLimit { kappa, dt: viscous.min(wave), viscous: viscous < wave }
+    StepLimit { kappa, dt: viscous.min(wave), wave, viscous: viscous < wave }
 }
 
-/// Largest eigenvalue of M^-1/2 K M^-1/2.
+/// Largest eigenvalue of M^-1 K.
 pub fn largest_eigenvalue(elastic: &mut Elastic) -> f64 {
     let (mass, fixed) = (elastic.mass.clone(), elastic.fixed.clone());
-    lanczos(&mass, &fixed, &mut |u, force| elastic.force_of(u, force))
+    largest(&mass, &fixed, &mut |x, y| elastic.apply(0.0, 1.0, x, y))
 }
 
-/// Largest eigenvalue of M^-1/2 K M^-1/2 by the Lanczos iteration, where `apply(u, force)` sets -K u; from a
-/// fixed pseudo-random start so that it is reproducible.
-fn lanczos(mass: &[f64], fixed: &Fixed, apply: &mut dyn FnMut(&[f64], &mut [f64])) -> f64 {
+/// The same where `apply(x, y)` sets y = K x.
+fn largest(mass: &[f64], fixed: &Fixed, apply: &mut dyn FnMut(&[f64], &mut [f64])) -> f64 {
     let n = mass.len();
-    let root: Vec<f64> = mass.iter().map(|m| m.sqrt()).collect();
-    let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut q: Vec<f64> = (0..3 * n)
-        .map(|_| {
-            seed ^= seed << 13;
-            seed ^= seed >> 7;
-            seed ^= seed << 17;
-            (seed >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        })
-        .collect();
-    fixed.zero(&mut q, n);
-    let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let scale = norm(&q);
-    if scale == 0.0 {
-        return 0.0;
-    }
-    for x in &mut q {
-        *x /= scale;
-    }
-    let (mut previous, mut force) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
-    let mut scaled = vec![0.0; 3 * n];
-    let (mut diagonal, mut off) = (Vec::new(), Vec::new());
-    for step in 0..LANCZOS_STEPS.min(3 * n) {
-        for (i, s) in scaled.iter_mut().enumerate() {
-            *s = q[i] / root[i % n];
+    let mut held = vec![1.0; 3 * n];
+    fixed.zero(&mut held, n);
+    let mut divide = |r: &[f64], z: &mut [f64]| {
+        for (i, z) in z.iter_mut().enumerate() {
+            *z = held[i] * r[i] / mass[i % n];
         }
-        apply(&scaled, &mut force);
-        let beta = off.last().copied().unwrap_or(0.0);
-        for (i, f) in force.iter_mut().enumerate() {
-            *f = -*f / root[i % n] - beta * previous[i];
-        }
-        let alpha: f64 = q.iter().zip(&force).map(|(q, f)| q * f).sum();
-        for (f, q) in force.iter_mut().zip(&q) {
-            *f -= alpha * q;
-        }
-        diagonal.push(alpha);
-        let beta = norm(&force);
-        if beta <= 1e-12 * alpha.abs() || step + 1 == LANCZOS_STEPS.min(3 * n) {
-            break;
-        }
-        off.push(beta);
-        std::mem::swap(&mut previous, &mut q);
-        for (q, f) in q.iter_mut().zip(&force) {
-            *q = f / beta;
-        }
-    }
-    let k = diagonal.len();
-    let tridiagonal = DMatrix::from_fn(k, k, |i, j| match i.abs_diff(j) {
-        0 => diagonal[i],
-        1 => off[i.min(j)],
-        _ => 0.0,
-    });
-    tridiagonal.symmetric_eigenvalues().max()
+    };
+    spectrum::largest_eigenvalue(3 * n, LANCZOS_STEPS.min(3 * n), apply, &mut divide)
 }

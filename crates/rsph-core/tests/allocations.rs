@@ -53,6 +53,7 @@ fn a_step_does_not_allocate() {
         }],
         solver: Solver::default(),
         time_step: TimeStep::Auto,
+        integration: rsph_core::setup::Integration::default(),
         allow_unstable: false,
         probes: Vec::new(),
     })

@@ -19,6 +19,7 @@ const LAYERS: &[&[&str]] = &[
     &["boundary", "surface"],
     &["moments"],
     &["dynamics"],
+    &["solve"],
     &["integrate", "stability", "observe", "watch"],
     &["simulation"],
 ];

@@ -33,6 +33,7 @@ fn free_cube(initial: Initial, loads: Vec<Load>) -> Simulation {
         loads,
         solver: Solver::default(),
         time_step: TimeStep::Auto,
+        integration: rsph_core::setup::Integration::default(),
         allow_unstable: false,
         probes: Vec::new(),
     })

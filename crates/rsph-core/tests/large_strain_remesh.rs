@@ -31,6 +31,7 @@ fn setup(shape: impl Shape + 'static, spacing: f64, relaxation_time: f64) -> Set
         mechanics: Mechanics::Solid,
         remesh: Remesh::default(),
         solver: Solver { hourglass: 0.2, ..Solver::default() },
+        integration: rsph_core::setup::Integration::default(),
         time_step: TimeStep::Auto,
         allow_unstable: false,
         probes: Vec::new(),

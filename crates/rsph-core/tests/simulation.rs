@@ -38,6 +38,7 @@ fn setup(shape: impl Shape + 'static, resolution: Resolution, nu: f64) -> Setup 
         loads: Vec::new(),
         solver: Solver::default(),
         time_step: TimeStep::Auto,
+        integration: rsph_core::setup::Integration::default(),
         allow_unstable: false,
         probes: Vec::new(),
     }

@@ -26,6 +26,7 @@ fn setup(shape: impl Shape + 'static, particles: usize, trigger: RemeshTrigger) 
         boundaries: Vec::new(),
         loads: Vec::new(),
         solver: Solver::default(),
+        integration: rsph_core::setup::Integration::default(),
         time_step: TimeStep::Auto,
         allow_unstable: false,
         probes: Vec::new(),

@@ -6,10 +6,11 @@ use crate::history::History;
 use crate::shape::Shape;
 use crate::snapshot::Snapshot;
 use crate::{arrays, scenario};
-use numpy::PyArray1;
+use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rsph_core::error::Failure;
+use rsph_core::error::{Failure, InvalidInput};
+use rsph_core::setup::{Integration, Scheme, TimeStep};
 use rsph_core::simulation::Simulation as CoreSimulation;
 use rsph_core::tensor::Vec3;
 use rsph_scenario::scenario::LoadedScenario;
@@ -149,6 +150,66 @@ impl Simulation {
         })
     }
 
+    /// Goes straight to equilibrium under the loads and holds of the time `t`.
+    fn solve_static<'py>(&self, py: Python<'py>, t: f64) -> PyResult<Bound<'py, PyDict>> {
+        let mut found = None;
+        Self::compute(py, &mut *self.state()?, None, |state, go_on| {
+            let result = state.simulation.solve_static(t, &mut |_, _| go_on(t));
+            result.map(|e| found = Some(e))
+        })?;
+        let e = found.unwrap_or_default();
+        let dict = PyDict::new(py);
+        dict.set_item("iterations", e.iterations)?;
+        dict.set_item("residual", e.residual)?;
+        dict.set_item("compliance", e.compliance)?;
+        dict.set_item("load", vector(py, &e.load))?;
+        dict.set_item("reaction", vector(py, &e.reaction))?;
+        Ok(dict)
+    }
+
+    /// Goes on with another scheme; `dt` absent: the scheme's own.
+    #[pyo3(signature = (integrator, dt=None, tolerance=None))]
+    fn set_integration(
+        &self,
+        py: Python<'_>,
+        integrator: &str,
+        dt: Option<f64>,
+        tolerance: Option<f64>,
+    ) -> PyResult<()> {
+        let scheme = Scheme::ALL.into_iter().find(|s| s.name() == integrator).ok_or_else(|| {
+            errors::invalid_input(&InvalidInput::new(
+                "integrator",
+                integrator,
+                "is no scheme of integration",
+                "take \"auto\", \"rk4\", \"sdirk2\", \"backward-euler\" or \"rkc2\"",
+            ))
+        })?;
+        let state = &mut *self.state()?;
+        let tolerance = tolerance.unwrap_or(state.simulation.setup().integration.tolerance);
+        let step = dt.map_or(TimeStep::Auto, TimeStep::Fixed);
+        py.detach(|| state.simulation.set_integration(Integration { scheme, tolerance }, step))
+            .map_err(|e| errors::invalid_input(&e))
+    }
+
+    /// K u of displacements (N, 3), as an array of that shape.
+    fn stiffness<'py>(&self, py: Python<'py>, u: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyAny>> {
+        let state = &mut *self.state()?;
+        let (u, n) = (u.as_array(), state.simulation.particles().len());
+        if u.shape() != [n, 3] {
+            return Err(errors::invalid_input(&InvalidInput::new(
+                "u",
+                format!("{:?}", u.shape()),
+                format!("must have the shape ({n}, 3): a displacement for each particle"),
+                "as `snapshot().displacement` has",
+            )));
+        }
+        let columns: Vec<f64> = (0..3).flat_map(|i| u.column(i).to_vec()).collect();
+        let force = py.detach(|| state.simulation.stiffness(&columns)).ok_or_else(|| {
+            errors::plain("this body has no stiffness: it needs the adjoint formulation of a solid")
+        })?;
+        arrays::point_by_point(py, (0..3 * n).map(|k| force[k % 3 * n + k / 3]).collect(), 3)
+    }
+
     /// Simulated time.
     #[getter]
     fn time(&self) -> PyResult<f64> {
@@ -184,6 +245,7 @@ impl Simulation {
         dict.set_item("spacing", d.spacing)?;
         dict.set_item("smoothing_length", d.smoothing_length)?;
         dict.set_item("neighbours", d.neighbours)?;
+        dict.set_item("integrator", d.scheme.name())?;
         dict.set_item("dt", d.dt)?;
         dict.set_item("dt_limit", d.dt_limit)?;
         dict.set_item("limited_by_viscosity", d.limited_by_viscosity)?;

@@ -7,24 +7,40 @@ mod parts;
 mod probes;
 
 use crate::scenario::{
-    BodyTable, Document, FormulationName, KeyPath, LoadedScenario, Scenario, ScenarioError, SolverTable,
-    TimeStepValue, TimeTable, UnitsName,
+    BodyTable, Document, FormulationName, Integrator, KeyPath, LoadedScenario, ModeName, Scenario,
+    ScenarioError, SolverTable, TimeStepValue, TimeTable, UnitsName,
 };
 use crate::shape_of::shape_of;
 use checks::{positive, zero_or_more};
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{Formulation, Initial, Setup, Solver, TimeStep, Units};
+use rsph_core::setup::{
+    Formulation, Initial, Integration, Mechanics, Ramp, Scheme, Setup, Solver, TimeStep, Units,
+};
 
 /// More frames than this would fill a disk before anyone looks at them.
 const MAX_FRAMES: f64 = 100_000.0;
 /// Without `output.every`, a run is cut into this many intervals.
 const DEFAULT_INTERVALS: f64 = 50.0;
 
+/// What a run computes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// The motion in time.
+    Dynamic,
+    /// Equilibria at so many moments.
+    Static {
+        /// How many.
+        steps: usize,
+    },
+}
+
 /// A scenario made ready to run.
 #[derive(Clone, Debug)]
 pub struct Job {
     /// What the core simulates.
     pub setup: Setup,
+    /// What is computed.
+    pub mode: Mode,
     /// End of the simulation (time unit of the scenario).
     pub until: f64,
     /// Time between frames.
@@ -48,13 +64,19 @@ impl LoadedScenario {
         let material = motion::material(doc, tables, &mechanics)?;
         let large_strain = material.finite_strain().is_some();
         let remesh = motion::remesh(doc, tables, &mechanics, large_strain)?;
-        let solver = solver(doc, &tables.solver, large_strain)?;
+        let solver = solver(doc, &tables.solver, &mechanics, large_strain)?;
         let initial = Initial {
             displacement: parts::field(tables.initial.displacement.as_ref()),
             velocity: parts::field(tables.initial.velocity.as_ref()),
         };
         let boundaries = parts::boundaries(doc, &tables.boundary)?;
-        let loads = parts::loads(doc, &tables.load)?;
+        let mode = mode(doc, tables)?;
+        let mut loads = parts::loads(doc, &tables.load)?;
+        if let Mode::Static { steps: 2.. } = mode {
+            for load in loads.iter_mut().filter(|l| l.ramp == Ramp::default()) {
+                load.ramp.to = until;
+            }
+        }
         let probes = probes::probes(doc, &tables.probe, &mechanics, remesh.trigger)?;
         // Last, as reading a mesh takes longest.
         let (shape, notes) = shape_of(doc, &tables.body, self.base_dir())?;
@@ -73,10 +95,11 @@ impl LoadedScenario {
             remesh,
             solver,
             time_step,
+            integration: integration(doc, &tables.time)?,
             allow_unstable: tables.time.allow_unstable,
             probes,
         };
-        Ok(Job { setup, until, frame_interval, notes })
+        Ok(Job { setup, mode, until, frame_interval, notes })
     }
 }
 
@@ -120,6 +143,44 @@ fn time_step(doc: &Document, time: &TimeTable) -> Result<TimeStep, ScenarioError
     }
 }
 
+fn mode(doc: &Document, tables: &Scenario) -> Result<Mode, ScenarioError> {
+    let SolverTable { mode, steps, .. } = tables.solver;
+    let path = KeyPath::from("solver.steps");
+    match mode {
+        ModeName::Static if steps == 0 || steps as f64 > MAX_FRAMES => Err(doc.error(
+            &path,
+            format!("the number of equilibria must lie between 1 and {MAX_FRAMES}"),
+            "1 goes straight to the end, 10 shows how the loads grow",
+        )),
+        ModeName::Static => Ok(Mode::Static { steps }),
+        ModeName::Dynamic if steps != 1 => Err(doc.error(
+            &path,
+            "is for `mode = \"static\"`",
+            "set `solver.mode = \"static\"`, or remove it; `time.dt` is the time step of a motion",
+        )),
+        ModeName::Dynamic => Ok(Mode::Dynamic),
+    }
+}
+
+fn integration(doc: &Document, time: &TimeTable) -> Result<Integration, ScenarioError> {
+    let scheme = match time.integrator {
+        Integrator::Auto => Scheme::Auto,
+        Integrator::Rk4 => Scheme::Rk4,
+        Integrator::Sdirk2 => Scheme::Sdirk2,
+        Integrator::BackwardEuler => Scheme::BackwardEuler,
+        Integrator::Rkc2 => Scheme::Rkc2,
+    };
+    let default = Integration::default().tolerance;
+    match time.tolerance {
+        Some(t) if !(1e-8..=0.5).contains(&t) => Err(doc.error(
+            &KeyPath::from("time.tolerance"),
+            "the error of a step must lie between 1e-8 and 0.5 of the displacement",
+            format!("{default} is the default; 0.001 gives three digits"),
+        )),
+        given => Ok(Integration { scheme, tolerance: given.unwrap_or(default) }),
+    }
+}
+
 fn frame_interval(doc: &Document, tables: &Scenario) -> Result<f64, ScenarioError> {
     let Some(every) = tables.output.every else {
         return Ok(tables.time.until / DEFAULT_INTERVALS);
@@ -137,15 +198,26 @@ fn frame_interval(doc: &Document, tables: &Scenario) -> Result<f64, ScenarioErro
     Ok(every)
 }
 
-fn solver(doc: &Document, table: &SolverTable, large_strain: bool) -> Result<Solver, ScenarioError> {
+fn solver(
+    doc: &Document,
+    table: &SolverTable,
+    mechanics: &Mechanics,
+    large_strain: bool,
+) -> Result<Solver, ScenarioError> {
     let path = KeyPath::from("solver");
-    positive(doc, &path.key("smoothing"), table.smoothing, "the smoothing length in spacings")?;
-    let usual = if large_strain { Solver::LARGE_STRAIN_HOURGLASS } else { Solver::default().hourglass };
-    let hourglass = table.hourglass.unwrap_or(usual);
-    zero_or_more(doc, &path.key("hourglass"), hourglass, "the weight of the hourglass term")?;
     let formulation = match table.formulation {
         FormulationName::Adjoint => Formulation::Adjoint,
         FormulationName::Paper => Formulation::Paper,
     };
-    Ok(Solver { formulation, smoothing: table.smoothing, hourglass })
+    let on_lattice = formulation == Formulation::Adjoint && matches!(mechanics, Mechanics::Solid);
+    let usual = match (on_lattice, large_strain) {
+        (true, true) => Solver { hourglass: Solver::LARGE_STRAIN_HOURGLASS, ..Solver::default() },
+        (true, false) => Solver::ACCURATE,
+        (false, _) => Solver::default(),
+    };
+    let smoothing = table.smoothing.unwrap_or(usual.smoothing);
+    let hourglass = table.hourglass.unwrap_or(usual.hourglass);
+    positive(doc, &path.key("smoothing"), smoothing, "the smoothing length in spacings")?;
+    zero_or_more(doc, &path.key("hourglass"), hourglass, "the weight of the hourglass term")?;
+    Ok(Solver { formulation, smoothing, hourglass })
 }

@@ -5,6 +5,7 @@ mod store;
 
 pub use folder::{FolderError, OutputFolder};
 
+use crate::lower::Mode;
 use crate::scenario::{KeyPath, LoadedScenario, ScenarioError};
 use crate::sink::{Outcome, RunSink, SinkError, Status};
 use rsph_core::simulation::{Description, Simulation};
@@ -44,6 +45,12 @@ pub trait Observer {
     /// Some steps were taken (called a few times a second).
     fn progressed(&mut self, progress: &Progress) {
         let _ = progress;
+    }
+
+    /// An equilibrium is being solved for: so many iterations, and what is out of balance as a share of the
+    /// load (called a few times a second).
+    fn solving(&mut self, iteration: usize, residual: f64) {
+        let _ = (iteration, residual);
     }
 
     /// The run ended, well or badly; all results are stored.
@@ -124,16 +131,21 @@ pub fn run_with(
         output.spare(file)?;
     }
     let job = scenario.lower()?;
-    let (until, interval) = (job.until, job.frame_interval);
+    let (mode, until, interval) = (job.mode, job.until, job.frame_interval);
     let mut simulation = Simulation::new(job.setup).map_err(|e| scenario.document().invalid_input(&e))?;
-    check_steps(scenario, until, simulation.description().dt)?;
+    if mode == Mode::Dynamic {
+        check_steps(scenario, until, simulation.description().dt)?;
+    }
     let mut notes = job.notes;
     notes.extend(simulation.description().notes.iter().cloned());
     let folder = output.claim()?;
     let start = RunStart { scenario, simulation: &simulation, folder, notes: &notes };
     let mut sink = make_sink(&start)?;
     observer.started(simulation.description(), &notes);
-    Ok(advance(&mut simulation, until, interval, sink.as_mut(), observer, stop)?)
+    Ok(match mode {
+        Mode::Dynamic => advance(&mut simulation, until, interval, sink.as_mut(), observer, stop)?,
+        Mode::Static { steps } => settle(&mut simulation, until, steps, sink.as_mut(), observer, stop)?,
+    })
 }
 
 /// Refuses a run that nobody will see the end of.
@@ -162,8 +174,7 @@ pub fn advance(
     observer: &mut dyn Observer,
     stop: &AtomicBool,
 ) -> Result<Outcome, SinkError> {
-    let start =
-        Start { wall: Instant::now(), step: simulation.step_count(), rhs: simulation.rhs_evaluations() };
+    let start = Start::new(simulation);
     let stride = sample_stride(until - simulation.time(), simulation.description().dt);
     let mut last_report = Instant::now();
     let mut recorder = Recorder { sink, last_sample: None, last_frame: None };
@@ -195,6 +206,60 @@ pub fn advance(
             break;
         }
     }
+    finish(simulation, &start, until, status, recorder.sink, observer)
+}
+
+/// Brings `simulation` to rest at `steps` moments up to `until`, each with a frame, the undeformed body
+/// first, until `stop` is set.
+///
+/// # Errors
+/// When the sink can not store a result.
+pub fn settle(
+    simulation: &mut Simulation,
+    until: f64,
+    steps: usize,
+    sink: &mut dyn RunSink,
+    observer: &mut dyn Observer,
+    stop: &AtomicBool,
+) -> Result<Outcome, SinkError> {
+    let start = Start::new(simulation);
+    let mut recorder = Recorder { sink, last_sample: None, last_frame: None };
+    recorder.frame(simulation)?;
+    let mut status = Status::Finished;
+    for k in 1..=steps {
+        let t = if k == steps { until } else { until * (k as f64 / steps as f64) };
+        let mut last_report = Instant::now();
+        let solved = simulation.solve_static(t, &mut |iteration, residual| {
+            if last_report.elapsed() >= REPORT_INTERVAL {
+                last_report = Instant::now();
+                observer.solving(iteration, residual);
+            }
+            !stop.load(Ordering::Relaxed)
+        });
+        match solved {
+            Ok(_) => recorder.frame(simulation)?,
+            Err(_) if stop.load(Ordering::Relaxed) => {
+                status = Status::Interrupted;
+                break;
+            }
+            Err(failure) => {
+                status = Status::Failed(failure);
+                break;
+            }
+        }
+    }
+    finish(simulation, &start, until, status, recorder.sink, observer)
+}
+
+/// Closes a run.
+fn finish(
+    simulation: &Simulation,
+    start: &Start,
+    until: f64,
+    status: Status,
+    sink: &mut dyn RunSink,
+    observer: &mut dyn Observer,
+) -> Result<Outcome, SinkError> {
     observer.progressed(&start.progress(simulation, until));
     let outcome = Outcome {
         status,
@@ -204,8 +269,9 @@ pub fn advance(
         time: simulation.time(),
         threads: rayon::current_num_threads(),
         remesh: simulation.remesh_log(),
+        equilibrium: simulation.equilibrium(),
     };
-    recorder.sink.finish(&outcome)?;
+    sink.finish(&outcome)?;
     observer.finished(&outcome);
     Ok(outcome)
 }
@@ -217,6 +283,10 @@ struct Start {
 }
 
 impl Start {
+    fn new(s: &Simulation) -> Self {
+        Self { wall: Instant::now(), step: s.step_count(), rhs: s.rhs_evaluations() }
+    }
+
     fn progress(&self, s: &Simulation, until: f64) -> Progress {
         let seconds = self.wall.elapsed().as_secs_f64().max(1e-9);
         let updates = (s.rhs_evaluations() - self.rhs) as f64 * s.description().particles as f64;

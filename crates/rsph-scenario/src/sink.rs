@@ -1,7 +1,7 @@
 //! Where a run's results go: the trait between the run loop and whoever writes or keeps them.
 
 use rsph_core::error::Failure;
-use rsph_core::simulation::{Conservation, Reading, RemeshLog};
+use rsph_core::simulation::{Conservation, Equilibrium, Reading, RemeshLog};
 use rsph_core::snapshot::Snapshot;
 use rsph_core::surface::Surface;
 use std::io;
@@ -61,6 +61,8 @@ pub struct Outcome {
     pub threads: usize,
     /// What remeshing did; `None` if particles were never to be laid anew.
     pub remesh: Option<RemeshLog>,
+    /// How the last equilibrium was found; `None` if none was asked for.
+    pub equilibrium: Option<Equilibrium>,
 }
 
 /// Receives the results of a run, in the order of time.

@@ -9,6 +9,7 @@ use clap::Args;
 #[command(after_help = "\
 Templates:
   liver_load            a liver pushed by a smeared load (the default)
+  liver_load_transient  its first moments, with the paper's integrator
   liver_load_144        the same with 144 particles, as in the paper
   liver_visible_human   the same on a triangle mesh
   tensile_liver         tensile test of a cube, stiff
@@ -30,6 +31,7 @@ pub struct Arguments {
 
 const TEMPLATES: &[(&str, &str)] = &[
     ("liver_load", include_str!("../../../../scenarios/liver_load.toml")),
+    ("liver_load_transient", include_str!("../../../../scenarios/liver_load_transient.toml")),
     ("liver_load_144", include_str!("../../../../scenarios/liver_load_144.toml")),
     ("liver_visible_human", include_str!("../../../../scenarios/liver_visible_human.toml")),
     ("tensile_liver", include_str!("../../../../scenarios/tensile_liver.toml")),

@@ -162,6 +162,11 @@ impl Mirror {
         self.groups.len()
     }
 
+    /// The planes.
+    pub fn planes(&self) -> &[MirrorPlane] {
+        &self.planes
+    }
+
     /// Whether any plane moves.
     pub fn moves(&self) -> bool {
         self.planes.iter().any(|p| p.motion.is_some())

@@ -17,6 +17,8 @@ pub struct Holds {
     /// Faces held with mirror ghosts.
     pub planes: Vec<MirrorPlane>,
     regions: Vec<HeldRegion>,
+    /// Parts beyond planes through the body.
+    apart: Vec<Region>,
 }
 
 /// A part of the undeformed body that is held.
@@ -48,7 +50,13 @@ impl Holds {
                 return Err(no_particle(key, region, positions));
             }
         }
+        fixed.apart = (0..positions.len()).filter(|&a| self.is_apart(&positions[a])).collect();
         Ok(fixed)
+    }
+
+    /// Whether the place `x` of the undeformed body lies beyond a plane through it.
+    pub fn is_apart(&self, x: &Vec3) -> bool {
+        self.apart.iter().any(|region| region.contains(x, 0.0))
     }
 
     /// The mirror planes where they are at time `t`.
@@ -68,16 +76,61 @@ fn wall_offset(smoothing: f64) -> f64 {
     (0.25 + (smoothing - 0.8) / 0.45 * 0.15).clamp(0.2, 0.5)
 }
 
-/// Lattice positions that make planes inside the body accurate clamps: the last held layer lies one
-/// wall offset beyond the plane.
-pub fn alignment(boundaries: &[Boundary], bounds: &Bounds, solver: &Solver) -> Vec<Alignment> {
+/// An axis-aligned plane and the side of it that a boundary holds.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    axis: usize,
+    at: f64,
+    side: Side,
+}
+
+impl Plane {
+    /// The plane that bounds `region`, if it is one and lies along an axis.
+    fn of(region: &Region) -> Option<Self> {
+        match region {
+            Region::Plane { axis, at, side } => Some(Self { axis: *axis as usize, at: *at, side: *side }),
+            Region::HalfSpace { point, normal } => {
+                let axis = normal.iamax();
+                let along = normal[axis].abs() > (1.0 - 1e-12) * normal.norm();
+                let side = if normal[axis] > 0.0 { Side::Below } else { Side::Above };
+                along.then_some(Self { axis, at: point[axis], side })
+            }
+            _ => None,
+        }
+    }
+}
+
+/// How a clamp along a plane through the body holds it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cut {
+    /// By mirror images of what is before the plane; what lies beyond is seen by no sum.
+    Mirror,
+    /// By holding what lies beyond.
+    Layers,
+}
+
+impl Cut {
+    /// What the formulation can.
+    pub fn of(formulation: Formulation) -> Self {
+        if formulation == Formulation::Adjoint { Self::Mirror } else { Self::Layers }
+    }
+
+    /// Whether `boundary`, which cuts the body, acts as a mirror plane: if it holds all components.
+    fn mirrors(self, boundary: &Boundary) -> bool {
+        self == Self::Mirror && boundary.fix == [true; 3]
+    }
+}
+
+/// Lattice positions that make planes inside the body accurate: a clamp lies on the faces of cells, so that
+/// the mirror images of the particles continue the lattice; of any other boundary the last held layer lies
+/// one wall offset beyond the plane.
+pub fn alignment(boundaries: &[Boundary], bounds: &Bounds, solver: &Solver, cut: Cut) -> Vec<Alignment> {
     let mut found: Vec<Alignment> = Vec::new();
     for boundary in boundaries {
-        if let Region::Plane { axis, at, side } = boundary.region {
-            let axis = axis as usize;
+        if let Some(Plane { axis, at, side }) = Plane::of(&boundary.region) {
             let inside = at > bounds.min[axis] && at < bounds.max[axis];
             if inside && found.iter().all(|a| a.axis != axis) {
-                let offset = wall_offset(solver.smoothing);
+                let offset = if cut.mirrors(boundary) { 0.5 } else { wall_offset(solver.smoothing) };
                 let offset = if side == Side::Below { offset } else { -offset };
                 found.push(Alignment { axis, at, offset });
             }
@@ -95,26 +148,37 @@ pub fn holds(
     positions: &[Vec3],
     spacing: f64,
     solver: &Solver,
+    cut: Cut,
 ) -> Result<Holds, InvalidInput> {
     let mut holds = Holds::default();
     for (i, boundary) in boundaries.iter().enumerate() {
         let key = format!("boundary[{i}].region");
         let (fix, motion) = (boundary.fix, boundary.motion);
         let mut tolerance = 0.0;
-        if let Region::Plane { axis, at, .. } = boundary.region {
-            let axis = axis as usize;
-            if positions.iter().any(|x| boundary.region.contains(x, 0.0)) {
-                tolerance = (wall_offset(solver.smoothing) + 0.5 - 1e-6) * spacing;
-            } else {
-                let gap = positions.iter().map(|x| (x[axis] - at).abs()).fold(f64::INFINITY, f64::min);
+        if let Some(Plane { axis, at, side }) = Plane::of(&boundary.region) {
+            let mirror = MirrorPlane { axis, at, fix, motion };
+            let nearest = |beyond: bool| {
+                let of_side = |x: &&Vec3| beyond == ((x[axis] < at) == (side == Side::Below));
+                let gaps = positions.iter().filter(of_side).map(|x| (x[axis] - at).abs());
+                gaps.fold(f64::INFINITY, f64::min)
+            };
+            if !positions.iter().any(|x| boundary.region.contains(x, 0.0)) {
+                let gap = nearest(false);
                 if gap <= spacing {
                     if solver.formulation == Formulation::Adjoint {
-                        add_plane(&mut holds.planes, MirrorPlane { axis, at, fix, motion }, spacing, &key)?;
+                        add_plane(&mut holds.planes, mirror, spacing, &key)?;
                         continue;
                     }
                     // The paper fixes the particles at the bottom.
                     tolerance = gap + 0.5 * spacing;
                 }
+            } else if cut.mirrors(boundary) && (nearest(false) - nearest(true)).abs() < 1e-6 * spacing {
+                // The plane lies on the faces of cells: it holds what is before it, and what lies beyond
+                // only has to stay with it.
+                add_plane(&mut holds.planes, mirror, spacing, &key)?;
+                holds.apart.push(boundary.region.clone());
+            } else {
+                tolerance = (wall_offset(solver.smoothing) + 0.5 - 1e-6) * spacing;
             }
         }
         holds.regions.push(HeldRegion { key, region: boundary.region.clone(), tolerance, fix, motion });

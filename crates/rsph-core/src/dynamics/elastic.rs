@@ -2,6 +2,7 @@
 //! divergence of Eq. (12), its exact adjoint, so that the force is the derivative of a discrete energy
 //! and a free surface needs no force of its own (Eq. 14).
 
+mod linear;
 mod sweeps;
 
 use super::{Dynamics, Energy, ForceSums, Imposed};
@@ -9,11 +10,12 @@ use crate::boundary::fixed::Fixed;
 use crate::boundary::mirror::Mirror;
 use crate::boundary::nodal_load::NodalLoad;
 use crate::lattice::Lattice;
-use crate::material::Material;
+use crate::material::{Material, Tangent};
 use crate::moments::{Moments, moments};
-use crate::ops::{self, PAIR_COMPONENTS};
+use crate::ops::{self, PAIR_COMPONENTS, PerParticle};
 use crate::particles::{Column, Field, Particles};
 use crate::tensor::{Mat3, SymTensor, Vec3};
+use linear::Constants;
 use rayon::prelude::*;
 use std::sync::Arc;
 use sweeps::{undeformed, vector};
@@ -43,6 +45,9 @@ pub struct Elastic {
     pub material: Arc<dyn Material>,
     /// alpha (lambda + 2 mu): stiffness of the hourglass term.
     pub hourglass: f64,
+    /// The material as a matrix, if it is linear.
+    tangent: Option<Tangent>,
+    constants: Constants,
     work: Workspace,
 }
 
@@ -76,7 +81,15 @@ impl Elastic {
         hourglass_weight: f64,
     ) -> Self {
         let n = lattice.len();
-        let moments = moments(&lattice, volume, &mirror);
+        let mut seen = volume.to_vec();
+        for &a in &fixed.apart {
+            seen[a] = 0.0;
+        }
+        let mut moments = moments(&lattice, &seen, &mirror);
+        for &a in &fixed.apart {
+            // It moves as a whole.
+            (moments[a].correction, moments[a].second) = (Mat3::zeros(), Mat3::zeros());
+        }
         let groups = mirror.group_count();
         let work = Workspace {
             q: ops::box_field(&lattice, 3),
@@ -89,11 +102,13 @@ impl Elastic {
             sums: vec![ForceSums::default(); n.div_ceil(PARTICLES_A_SUM)],
         };
         Self {
-            moments,
             stretch: Vec::new(),
             mass: volume.iter().map(|v| v * material.density()).collect(),
             hourglass: hourglass_weight * material.p_wave_modulus(),
+            tangent: material.linear(),
+            constants: Constants::new(&lattice, &moments, &mirror),
             lattice,
+            moments,
             mirror,
             fixed,
             loads: Vec::new(),
@@ -115,19 +130,34 @@ impl Elastic {
     /// Internal force of the displacement field `u` (component by component) into `force`, with every
     /// wall at rest: -K u for a linear material. Components that are held get zero.
     pub fn force_of(&mut self, u: &[f64], force: &mut [f64]) {
+        self.apply(0.0, -1.0, u, force);
+    }
+
+    /// y = (m M + c K) x with M the masses and every wall at rest, of fields component by component.
+    /// Components that are held get zero.
+    pub fn apply(&mut self, m: f64, c: f64, x: &[f64], y: &mut [f64]) {
         let n = self.len();
         self.work.offset.fill(Vec3::zeros());
         self.work.offset_rate.fill(Vec3::zeros());
-        self.spread(u, None);
+        self.spread(x, None);
         self.stress_sweep();
         ops::adjoint_sums(&self.lattice, &self.work.pair, &mut self.work.adjoint);
-        let (fx, fyz) = force.split_at_mut(n);
-        let (fy, fz) = fyz.split_at_mut(n);
-        fx.par_iter_mut().zip(fy).zip(fz).enumerate().for_each(|(a, ((fx, fy), fz))| {
-            let f = self.internal_force(a).0;
-            (*fx, *fy, *fz) = (f.x, f.y, f.z);
-        });
-        self.fixed.zero(force, n);
+        let (yx, yyz) = y.split_at_mut(n);
+        let (yy, yz) = yyz.split_at_mut(n);
+        (yx, yy, yz).into_par_iter().with_min_len(PARTICLES_A_SUM).enumerate().for_each(
+            |(a, (yx, yy, yz))| {
+                let z = vector(x, n, a) * (m * self.mass[a]) - self.internal_force(a).0 * c;
+                (*yx, *yy, *yz) = (z.x, z.y, z.z);
+            },
+        );
+        self.fixed.zero(y, n);
+    }
+
+    /// The sum of all loads at time `t`, component by component; `f64::MAX` for loads at full ramp.
+    pub fn load_at(&self, t: f64) -> Vec<f64> {
+        let mut load = vec![0.0; 3 * self.len()];
+        NodalLoad::sum(&self.loads, t, &mut load);
+        load
     }
 
     /// Strain e = sym grad u of every particle, component by component (6 n values).
@@ -199,6 +229,10 @@ impl Dynamics for Elastic {
         total
     }
 
+    fn elastic(&mut self) -> Option<&mut Elastic> {
+        Some(self)
+    }
+
     fn impose(&self, t: f64, particles: &mut Particles) -> Imposed {
         self.fixed.impose(t, &self.mass, particles)
     }
@@ -242,7 +276,7 @@ impl Dynamics for Elastic {
         let (moments, mirror, material, kappa) =
             (&self.moments, &self.mirror, &*self.material, self.hourglass);
         let stretch = &self.stretch;
-        ops::gradient_sums(&self.lattice, q, pair, |a, h, q| {
+        let visit = |a: usize, h: &Mat3, q: &Vec3| {
             let m = &moments[a];
             let u_a = vector(effective, n, a);
             let (g, _) = Self::complete(moments, mirror, offset, effective, a, h, q);
@@ -262,7 +296,9 @@ impl Dynamics for Elastic {
             let mut out = [0.0; PAIR_COMPONENTS];
             out[0] = m.volume * (strain_energy + 0.5 * kappa * residual);
             out
-        });
+        };
+        let visit = PerParticle { lattice: &self.lattice, function: visit };
+        ops::gradient_sums(&self.lattice, q, pair, &visit);
         let stride = self.lattice.stride;
         let elastic = (0..n)
             .map(|a| {

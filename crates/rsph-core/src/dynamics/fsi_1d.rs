@@ -95,14 +95,13 @@ impl FluidStructure {
         particles
     }
 
-    /// Largest stable time step while the fluid's particles are at least `spacing` apart: waves in the
-    /// solid and sound in the fluid along the imaginary axis, viscosity along the real one; and whether
-    /// viscosity sets it.
-    pub fn step_limit(&self, spacing: f64) -> (f64, bool) {
+    /// Largest stable time steps while the fluid's particles are at least `spacing` apart: that of waves in
+    /// the solid and sound in the fluid along the imaginary axis, and that of viscosity along the real one.
+    pub fn step_limits(&self, spacing: f64) -> [f64; 2] {
         let solid = 0.5 * WAVES * self.solid_spacing / (self.elasticity / self.solid_density).sqrt();
         let sound = 0.5 * WAVES * spacing / self.fluid.sound_speed();
         let viscous = 0.25 * DECAY * self.fluid.density() * spacing.powi(2) / self.fluid.viscosity();
-        (solid.min(sound).min(viscous), viscous < solid.min(sound))
+        [solid.min(sound), viscous]
     }
 
     /// Largest |du/dx| between two fluid particles.

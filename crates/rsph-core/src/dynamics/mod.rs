@@ -53,6 +53,11 @@ pub trait Dynamics: std::fmt::Debug + Send + Sync {
     /// Adds the derived columns (strain, stress, density, ...) to a copy of the state.
     fn derive(&mut self, t: f64, particles: &mut Particles);
 
+    /// The solid whose stiffness implicit and static solves use; `None`: there is none.
+    fn elastic(&mut self) -> Option<&mut elastic::Elastic> {
+        None
+    }
+
     /// Energies at this moment.
     fn energy(&mut self, t: f64, particles: &Particles) -> Energy;
 }

@@ -55,7 +55,7 @@ impl Dynamics for Prescribed {
 mod tests {
     use super::*;
     use crate::flow::VelocityField;
-    use crate::integrate::RungeKutta4;
+    use crate::integrate::{Integrator, RungeKutta4};
     use crate::tensor::Vec3;
 
     #[test]
@@ -71,7 +71,7 @@ mod tests {
         let (steps, mut largest) = (60, 0.0_f64);
         for k in 0..steps {
             let dt = 1.257 / f64::from(steps);
-            integrator.step(&mut flow, &mut particles, f64::from(k) * dt, dt);
+            integrator.step(&mut flow, &mut particles, f64::from(k) * dt, dt).unwrap();
             largest = largest
                 .max(particles.column(Field::Displacement).values().iter().fold(0.0, |m, x| m.max(*x)));
         }

@@ -15,6 +15,10 @@ use crate::tensor::SymTensor;
 use std::fmt::Debug;
 use std::sync::Arc;
 
+/// A linear map from strain to stress, both with their six components in VTK order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tangent(pub [[f64; 6]; 6]);
+
 /// A viscoelastic solid of Kelvin-Voigt form: its stress is a function of the *effective strain*
 /// e + T de/dt, Eq. (5).
 pub trait Material: Debug + Send + Sync {
@@ -26,6 +30,17 @@ pub trait Material: Debug + Send + Sync {
     fn relaxation_time(&self) -> f64;
     /// Stress (Pa) at the effective strain e + T de/dt.
     fn stress(&self, effective_strain: SymTensor) -> SymTensor;
+    /// The law as a matrix, of a material whose stress is a linear function of the strain; `None` for any
+    /// other.
+    fn linear(&self) -> Option<Tangent> {
+        let mut unit = [0.0; 6];
+        let columns: [SymTensor; 6] = std::array::from_fn(|j| {
+            unit.fill(0.0);
+            unit[j] = 1.0;
+            self.stress(SymTensor(unit))
+        });
+        Some(Tangent(std::array::from_fn(|i| columns.map(|c| c.0[i]))))
+    }
     /// Elastic energy density (J/m^3) at strain e.
     fn energy_density(&self, strain: SymTensor) -> f64;
     /// P-wave modulus lambda + 2 mu (Pa): sets the time step and the scale of the hourglass term.

@@ -29,7 +29,7 @@ pub struct Conservation {
     /// Total force of the clamps on the body at this moment.
     pub reaction: Vec3,
     /// |momentum - momentum at the start - impulse of loads and reactions| relative to the largest
-    /// momentum or impulse so far.
+    /// momentum or impulse, that of the loads alone included, so far.
     pub momentum_error: f64,
     /// |mass - mass at the start| / mass at the start; 0 where the equations do not conserve mass.
     pub mass_error: f64,
@@ -43,6 +43,7 @@ pub(super) struct Balance {
     momentum: Vec3,
     energy: Energy,
     impulse: Vec3,
+    load_impulse: Vec3,
     /// Work of loads and boundaries so far.
     pub work: f64,
     dissipated: f64,
@@ -60,6 +61,7 @@ impl Balance {
             momentum,
             energy,
             impulse: Vec3::zeros(),
+            load_impulse: Vec3::zeros(),
             work: 0.0,
             dissipated: 0.0,
             largest_momentum: momentum.norm(),
@@ -73,7 +75,16 @@ impl Balance {
         self.impulse += step.load + step.reaction;
         self.work += step.work;
         self.dissipated += step.dissipated;
-        self.largest_momentum = self.largest_momentum.max(self.impulse.norm());
+        self.load_impulse += step.load;
+        let reached = self.impulse.norm().max(self.load_impulse.norm());
+        self.largest_momentum = self.largest_momentum.max(reached);
+    }
+
+    /// The body has been brought to rest under `forces`, as slowly as it takes to dissipate nothing.
+    pub fn settle(&mut self, energy: Energy, forces: ForceSums) {
+        self.forces = forces;
+        self.work = energy.kinetic + energy.elastic - self.energy.kinetic - self.energy.elastic;
+        self.impulse = -self.momentum;
     }
 
     /// Adds what was imposed on the body outside of a step.

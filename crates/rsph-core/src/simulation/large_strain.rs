@@ -4,7 +4,7 @@
 use super::Description;
 use super::model::{Model, Moment, Parts};
 use super::remeshing::Relaid;
-use super::time_step::choose_step;
+use super::time_step::{choose_step, only_rk4};
 use crate::boundary::nodal_load::NodalLoad;
 use crate::dynamics::Dynamics;
 use crate::dynamics::large_strain::body::LargeBody;
@@ -16,7 +16,7 @@ use crate::mesh::TriangleMesh;
 use crate::mls::PointWeights;
 use crate::observe::{Reading, TaggedProbe};
 use crate::particles::{Column, Field, Particles};
-use crate::setup::{Formulation, Setup};
+use crate::setup::{Formulation, Scheme, Setup};
 use crate::snapshot::Snapshot;
 use crate::stability::{StepLimit, large_step_limit};
 use crate::surface::Surface;
@@ -45,6 +45,7 @@ impl<const D: usize> LargeSolid<D> {
     /// The first input that can not be simulated.
     pub fn parts(setup: &Setup) -> Result<Parts, InvalidInput> {
         check(setup)?;
+        only_rk4(setup, "a material for large strain")?;
         let (mut body, sampled) = LargeBody::<D>::sampled(setup)?;
         let reference = body.reference().to_vec();
         let displacement = setup.initial.displacement.at_all(&reference);
@@ -71,7 +72,11 @@ impl<const D: usize> LargeSolid<D> {
                 .map(|a| configuration.pairs.numbers(a).len())
                 .max()
                 .unwrap_or(0),
+            scheme: Scheme::Rk4,
+            scheme_reason: None,
             dt,
+            shortest_step: None,
+            fastest_decay: 0.0,
             dt_limit: limit.dt,
             limited_by_viscosity: limit.viscous,
             volume: configuration.reference_volume.iter().sum(),

@@ -6,6 +6,7 @@ mod checks;
 use super::Description;
 use super::model::{Model, Moment, Parts};
 use super::remeshing::Relaid;
+use super::time_step::only_rk4;
 use crate::dynamics::Dynamics;
 use crate::dynamics::prescribed::Prescribed;
 use crate::error::{Failure, FailureKind, InvalidInput};
@@ -17,7 +18,7 @@ use crate::particles::{Column, Field, Particles};
 use crate::reconstruct::{grid_around, reconstruct};
 use crate::remesh::{NewVolume, NodeLattice, RemeshError, Remesher};
 use crate::sample::{Alignment, Body, sample};
-use crate::setup::{Prescription, Probe, Setup};
+use crate::setup::{Prescription, Probe, Scheme, Setup};
 use crate::snapshot::Snapshot;
 use crate::surface::{Surface, SurfaceField};
 use crate::tensor::Vec3;
@@ -61,6 +62,7 @@ impl PrescribedBody {
     /// The first input that can not be simulated.
     pub fn parts(setup: &Setup, p: &Prescription) -> Result<Parts, InvalidInput> {
         checks::check(setup, p)?;
+        only_rk4(setup, "particles that move as told")?;
         // Nodes at (j + 1/2) dx, wherever the body is.
         let alignment = [0, 1, 2].map(|axis| Alignment { axis, at: 0.0, offset: 0.5 });
         let body = sample(&*setup.shape, setup.resolution, &alignment)?;
@@ -84,7 +86,11 @@ impl PrescribedBody {
             spacing: dx,
             smoothing_length: setup.solver.smoothing * dx,
             neighbours: neighbours(setup.solver.smoothing),
+            scheme: Scheme::Rk4,
+            scheme_reason: None,
             dt: checks::time_step(setup, dt_limit)?,
+            shortest_step: None,
+            fastest_decay: 0.0,
             dt_limit,
             limited_by_viscosity: false,
             volume: colour.iter().sum::<f64>() * cell,

@@ -8,10 +8,10 @@ use super::Description;
 use super::balance::{momentum, total_mass};
 use super::model::{Model, Moment, Parts};
 use super::remeshing::Relaid;
-use super::time_step::choose_step;
+use super::time_step::choose_pace;
 use crate::boundary::mirror::MirrorPlane;
 use crate::boundary::nodal_load::NodalLoad;
-use crate::boundary::tag::{self, Holds};
+use crate::boundary::tag::{self, Cut, Holds};
 use crate::dynamics::Dynamics;
 use crate::dynamics::elastic::Elastic;
 use crate::dynamics::paper::Paper;
@@ -88,11 +88,8 @@ impl Solid {
     pub fn parts(setup: &Setup) -> Result<Parts, InvalidInput> {
         check_solid(setup)?;
         let (solver, shape) = (setup.solver, &*setup.shape);
-        let alignment = if shape.is_box() {
-            Vec::new()
-        } else {
-            tag::alignment(&setup.boundaries, &shape.bounds(), &solver)
-        };
+        let cut = Cut::of(solver.formulation);
+        let alignment = tag::alignment(&setup.boundaries, &shape.bounds(), &solver, cut);
         let body = sample(shape, setup.resolution, &alignment)?;
         let dx = body.grid.spacing;
         let bounds = shape.bounds();
@@ -100,7 +97,7 @@ impl Solid {
             .map_err(|e| InvalidInput::new("body.spacing", dx, e.to_string(), "choose a larger spacing"))?;
         let (n, positions) = (laid.nodes.len(), &laid.undeformed);
 
-        let holds = tag::holds(&setup.boundaries, positions, dx, &solver)?;
+        let holds = tag::holds(&setup.boundaries, positions, dx, &solver, cut)?;
         check_walls(setup, &holds)?;
         let mut elastic = laid.elastic(setup, &undeformed.lattice, &holds, 0.0)?;
         elastic.loads = laid.loads(setup, &elastic)?;
@@ -115,19 +112,23 @@ impl Solid {
         let surface_weights = weights(&body.surface.vertices);
 
         let limit = step_limit(&mut elastic);
-        let (dt, notes) = choose_step(setup, &limit)?;
+        let pace = choose_pace(setup, &limit, solver.formulation == Formulation::Adjoint)?;
         let description = Description {
             particles: n,
             spacing: dx,
             smoothing_length: elastic.lattice.smoothing_length,
             neighbours: elastic.lattice.neighbours.len(),
-            dt,
+            scheme: pace.scheme,
+            scheme_reason: pace.reason,
+            dt: pace.dt,
+            shortest_step: pace.adaptive,
+            fastest_decay: setup.material.relaxation_time() * limit.kappa,
             dt_limit: limit.dt,
             limited_by_viscosity: limit.viscous,
             volume: laid.volume.iter().sum(),
             shape_volume: shape.volume(),
             load: elastic.loads.iter().map(NodalLoad::total).sum(),
-            notes,
+            notes: pace.notes,
         };
 
         let mut particles = Particles::new(n);

@@ -25,7 +25,7 @@ pub struct Energy {
 /// Why a run failed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FailureSummary {
-    /// `not_finite`, `unstable`, `inverted`, `scattered`, `crossed`.
+    /// `not_finite`, `unstable`, `inverted`, `scattered`, `crossed`, `not_converged`.
     pub kind: &'static str,
     /// Simulated time of the last good state.
     pub time: f64,
@@ -104,6 +104,21 @@ impl From<&RemeshLog> for Remeshing {
     }
 }
 
+/// An equilibrium of `solver.mode = "static"`.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct EquilibriumSummary {
+    /// Iterations of the linear solver.
+    pub iterations: usize,
+    /// Forces out of balance as a share of the load.
+    pub residual: f64,
+    /// Loads times displacement, f . u.
+    pub compliance: f64,
+    /// Total force of the loads.
+    pub load: [f64; 3],
+    /// Total force of the clamps on the body.
+    pub reaction: [f64; 3],
+}
+
 /// The contents of `summary.json`. Numbers that are not finite become `null`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
@@ -135,7 +150,11 @@ pub struct Summary {
     pub momentum_error: f64,
     /// Energies at the end.
     pub energy: Energy,
-    /// Time step.
+    /// Scheme of integration in time.
+    pub integrator: &'static str,
+    /// Why, if the program chose it; `null` otherwise.
+    pub integrator_reason: Option<String>,
+    /// Time step; the first of a scheme that chooses its steps.
     pub dt: f64,
     /// Largest stable time step.
     pub dt_limit: f64,
@@ -161,6 +180,8 @@ pub struct Summary {
     pub load: [f64; 3],
     /// Total force of the clamps on the body at the end.
     pub reaction: [f64; 3],
+    /// The last equilibrium of mode "static"; `null` if none was asked for.
+    pub equilibrium: Option<EquilibriumSummary>,
     /// What remeshing did; `null` if particles were never to be laid anew.
     pub remesh: Option<Remeshing>,
     /// Number of frames stored.
@@ -206,6 +227,8 @@ impl Summary {
                 dissipated: conservation.dissipated,
                 error: conservation.energy_error,
             },
+            integrator: d.scheme.name(),
+            integrator_reason: d.scheme_reason.clone(),
             dt: d.dt,
             dt_limit: d.dt_limit,
             threads: outcome.threads,
@@ -219,6 +242,13 @@ impl Summary {
             shape_volume: d.shape_volume,
             load: components(&conservation.load),
             reaction: components(&conservation.reaction),
+            equilibrium: outcome.equilibrium.map(|e| EquilibriumSummary {
+                iterations: e.iterations,
+                residual: e.residual,
+                compliance: e.compliance,
+                load: components(&e.load),
+                reaction: components(&e.reaction),
+            }),
             remesh: outcome.remesh.as_ref().map(Remeshing::from),
             frames,
             notes: d.notes.clone(),
@@ -235,7 +265,7 @@ impl Summary {
 }
 
 fn failure_summary(f: &rsph_core::error::Failure) -> FailureSummary {
-    use rsph_core::error::FailureKind::{Crossed, Inverted, NotFinite, Scattered, Unstable};
+    use rsph_core::error::FailureKind::{Crossed, Inverted, NotConverged, NotFinite, Scattered, Unstable};
     FailureSummary {
         kind: match f.kind {
             NotFinite => "not_finite",
@@ -243,6 +273,7 @@ fn failure_summary(f: &rsph_core::error::Failure) -> FailureSummary {
             Inverted => "inverted",
             Scattered => "scattered",
             Crossed => "crossed",
+            NotConverged => "not_converged",
         },
         time: f.time,
         step: f.step,

@@ -215,19 +215,42 @@ pub enum FieldTable {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverTable {
+    /// Whether the body moves in time or goes straight to equilibrium. Default: "dynamic".
+    pub mode: ModeName,
+    /// Number of equilibria of mode "static", at as many moments up to `time.until`; loads without a ramp
+    /// grow with them. Default: 1.
+    #[schemars(range(min = 1))]
+    pub steps: usize,
     /// Form of the equations of motion. Default: "adjoint".
     pub formulation: FormulationName,
-    /// Smoothing length h in spacings dx. Default: 1.25.
-    pub smoothing: f64,
-    /// Weight of the hourglass term; 0 switches it off. Default: 0.1; 0.2 for a material for large strain.
+    /// Smoothing length h in spacings dx. Default: 0.8 for a solid of small strain in the formulation
+    /// "adjoint", else 1.25 as in the paper.
+    pub smoothing: Option<f64>,
+    /// Weight of the hourglass term; 0 switches it off. Default: 0.4; 0.2 for a material for large strain.
     pub hourglass: Option<f64>,
 }
 
 impl Default for SolverTable {
     fn default() -> Self {
-        let core = rsph_core::setup::Solver::default();
-        Self { formulation: FormulationName::default(), smoothing: core.smoothing, hourglass: None }
+        Self {
+            mode: ModeName::default(),
+            steps: 1,
+            formulation: FormulationName::default(),
+            smoothing: None,
+            hourglass: None,
+        }
     }
+}
+
+/// What is computed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ModeName {
+    /// The motion in time.
+    #[default]
+    Dynamic,
+    /// Equilibrium under the loads, without inertia and viscosity.
+    Static,
 }
 
 /// Form of the equations of motion.
@@ -245,12 +268,16 @@ pub enum FormulationName {
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimeTable {
-    /// Time integrator. Default: "rk4".
+    /// Time integrator. Default: "auto".
     #[serde(default)]
     pub integrator: Integrator,
-    /// Time step (s), or "auto": 0.9 of the stability limit. Default: "auto".
+    /// Time step (s), or "auto": 0.9 of the stability limit of "rk4", or steps that keep the error of
+    /// "sdirk2" below `tolerance`. Default: "auto".
     #[serde(default)]
     pub dt: TimeStepValue,
+    /// Error of a step of "sdirk2" with dt "auto", estimated for a scheme of first order, as a share of the
+    /// displacement; a fiftieth of it is the residual of implicit stages. Default: 0.02.
+    pub tolerance: Option<f64>,
     /// End of the simulation (s), positive.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub until: f64,
@@ -261,11 +288,19 @@ pub struct TimeTable {
 
 /// A time integrator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "kebab-case")]
 pub enum Integrator {
-    /// The classical Runge-Kutta method of fourth order.
+    /// "rk4", or "sdirk2" where viscosity makes the steps of "rk4" more than 100 times shorter than waves do.
     #[default]
+    Auto,
+    /// The classical Runge-Kutta method of fourth order, as in the paper.
     Rk4,
+    /// Implicit, second order: for stiff viscosity.
+    Sdirk2,
+    /// Implicit, first order: the cheapest step.
+    BackwardEuler,
+    /// Explicit with many stages (Runge-Kutta-Chebyshev), second order.
+    Rkc2,
 }
 
 /// What is written.

@@ -13,6 +13,8 @@ pub(super) const TENSILE_KIDNEY: (&str, &str) =
     ("tensile_kidney.toml", include_str!("../../../../scenarios/tensile_kidney.toml"));
 pub(super) const LIVER_LOAD: (&str, &str) =
     ("liver_load.toml", include_str!("../../../../scenarios/liver_load.toml"));
+pub(super) const LIVER_VISIBLE_HUMAN: (&str, &str) =
+    ("liver_visible_human.toml", include_str!("../../../../scenarios/liver_visible_human.toml"));
 pub(super) const HANGING_COLUMN: (&str, &str) =
     ("hanging_column.toml", include_str!("../../../../scenarios/hanging_column.toml"));
 

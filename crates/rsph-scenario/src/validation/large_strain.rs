@@ -50,6 +50,7 @@ fn setup(shape: impl Shape + 'static, n: usize, hourglass: f64) -> Setup {
         mechanics: Mechanics::Solid,
         remesh: Remesh::default(),
         solver: Solver { hourglass, ..Solver::default() },
+        integration: rsph_core::setup::Integration::default(),
         time_step: TimeStep::Auto,
         allow_unstable: false,
         probes: Vec::new(),

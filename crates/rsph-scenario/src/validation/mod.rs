@@ -2,7 +2,9 @@
 
 mod case;
 mod column;
+mod creep;
 mod deformation;
+mod equilibrium;
 mod figure;
 mod fsi_1d;
 mod kelvin_voigt_bar;
@@ -102,6 +104,8 @@ const CASES: &[(&str, Case)] = &[
     ("column", column::run),
     ("series", series::run),
     ("tensile", tensile::run),
+    ("equilibrium", equilibrium::run),
+    ("creep", creep::run),
     ("literal", literal::run),
     ("remeshed", remeshed::run),
     ("deformation", deformation::run),

@@ -132,6 +132,10 @@ pub fn description() -> Description {
         spacing: 0.2,
         smoothing_length: 0.25,
         neighbours: 56,
+        scheme: rsph_core::setup::Scheme::Rk4,
+        scheme_reason: None,
+        shortest_step: None,
+        fastest_decay: 0.0,
         dt: 0.01,
         dt_limit: 0.0111,
         limited_by_viscosity: true,
@@ -195,5 +199,6 @@ pub fn outcome(status: Status) -> Outcome {
         time: 3.0,
         threads: 2,
         remesh: None,
+        equilibrium: None,
     }
 }

@@ -3,7 +3,7 @@
 use super::{Elastic, Workspace};
 use crate::boundary::mirror::{Ghost, Mirror};
 use crate::moments::Moments;
-use crate::ops::{self, PAIR_COMPONENTS};
+use crate::ops::{self, PAIR_COMPONENTS, PerParticle};
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use rayon::prelude::*;
 
@@ -60,22 +60,31 @@ impl Elastic {
     pub(super) fn visit_gradient(&mut self, visit: impl Fn(&Mat3) -> [f64; PAIR_COMPONENTS] + Sync) {
         let Workspace { q, pair, effective, offset, .. } = &mut self.work;
         let (moments, mirror, stretch) = (&self.moments, &self.mirror, &self.stretch);
-        ops::gradient_sums(&self.lattice, q, pair, |a, h, q| {
+        let function = |a: usize, h: &Mat3, q: &Vec3| {
             let (g, _) = Self::complete(moments, mirror, offset, effective, a, h, q);
             visit(&undeformed(stretch, a, &g))
-        });
+        };
+        ops::gradient_sums(&self.lattice, q, pair, &PerParticle { lattice: &self.lattice, function });
     }
 
     /// From the field that was spread to T_a and the part of the force that needs no neighbour's T:
     /// T_a = V_a (sigma_a F_a^T L_a - alpha (lambda + 2 mu) G_a), with F = d xi / d X and G on the lattice.
     pub(super) fn stress_sweep(&mut self) {
+        match self.tangent {
+            Some(tangent) if self.stretch.is_empty() => self.linear_stress_sweep(&tangent),
+            _ => self.general_stress_sweep(),
+        }
+    }
+
+    /// [`Self::stress_sweep`] for any material.
+    fn general_stress_sweep(&mut self) {
         let Workspace { q, pair, effective, offset, .. } = &mut self.work;
         let (moments, mirror, material, kappa) =
             (&self.moments, &self.mirror, &*self.material, self.hourglass);
         let stretch = &self.stretch;
-        ops::gradient_sums(&self.lattice, q, pair, |a, h, q| {
-            let m = &moments[a];
+        let function = |a: usize, h: &Mat3, q: &Vec3| {
             let (g, laplacian) = Self::complete(moments, mirror, offset, effective, a, h, q);
+            let m = &moments[a];
             let strain = SymTensor::symmetric_part(&undeformed(stretch, a, &g));
             let mut sigma = material.stress(strain).to_matrix(); // Eq. (5)
             if let Some(f) = stretch.get(a) {
@@ -91,7 +100,8 @@ impl Elastic {
                 out[9 + i] = own[i];
             }
             out
-        });
+        };
+        ops::gradient_sums(&self.lattice, q, pair, &PerParticle { lattice: &self.lattice, function });
     }
 
     /// T of particle `a` after [`Self::stress_sweep`].

@@ -7,7 +7,7 @@ use super::ghosts::{Ghosts, displacement};
 use crate::boundary::fixed::Fixed;
 use crate::boundary::load::{LoadedBody, nodal_loads};
 use crate::boundary::mirror::MirrorPlane;
-use crate::boundary::tag::{self, Holds};
+use crate::boundary::tag::{self, Cut, Holds};
 use crate::error::InvalidInput;
 use crate::fit::{Degree, LocalFit};
 use crate::kernel::QuarticSpline;
@@ -84,7 +84,7 @@ impl<const D: usize> LargeBody<D> {
         nodes: Vec<Vec3>,
         fraction: Vec<f64>,
     ) -> Result<Self, InvalidInput> {
-        let holds = tag::holds(&setup.boundaries, &nodes, spacing, &setup.solver)?;
+        let holds = tag::holds(&setup.boundaries, &nodes, spacing, &setup.solver, Cut::Layers)?;
         let middle = nodes.iter().sum::<Vec3>() / nodes.len() as f64;
         let side = |p: &MirrorPlane| (middle[p.axis] - p.at).signum();
         if let Some(i) = setup.boundaries.iter().position(|b| leaves_plane::<D>(&b.region)) {
@@ -275,7 +275,7 @@ fn alignment(setup: &Setup) -> Vec<Alignment> {
         return Vec::new();
     }
     let bounds = setup.shape.bounds();
-    let mut found = tag::alignment(&setup.boundaries, &bounds, &setup.solver);
+    let mut found = tag::alignment(&setup.boundaries, &bounds, &setup.solver, Cut::Layers);
     for boundary in &setup.boundaries {
         if let Region::Plane { axis, at, .. } = boundary.region {
             let axis = axis as usize;

@@ -5,10 +5,10 @@ use crate::dynamics::fsi_1d::{FluidStructure, SMALLEST_SMOOTHING};
 use crate::error::InvalidInput;
 use crate::particles::Field;
 use crate::sample::Resolution;
-use crate::setup::{Interaction, InteractionSetting, Setup, TimeStep};
+use crate::setup::{Interaction, InteractionSetting, Scheme, Setup, TimeStep};
 use crate::simulation::Description;
 use crate::simulation::model::Parts;
-use crate::simulation::time_step::choose_step;
+use crate::simulation::time_step::{choose_step, only_rk4};
 use crate::stability::StepLimit;
 use crate::tensor::Vec3;
 
@@ -40,6 +40,7 @@ impl FluidBesideSolid {
     /// The first input that can not be simulated.
     pub fn parts(setup: &Setup, setting: &InteractionSetting) -> Result<Parts, InvalidInput> {
         check(setup, setting)?;
+        only_rk4(setup, "a fluid beside a solid")?;
         let bounds = setup.shape.bounds();
         let elements = elements(setup, setting, bounds.min.x, bounds.max.x)?;
         let interaction = Interaction {
@@ -55,9 +56,10 @@ impl FluidBesideSolid {
         let dynamics = FluidStructure::new(&interaction, setup.solver.smoothing);
         let particles = dynamics.particles(&interaction, |x| setup.initial.velocity.at_all(x));
         let wave_speed = (setting.elasticity / setting.solid_density).sqrt();
-        let (limit, viscous) = dynamics.step_limit(COMPRESSED * h);
-        let (mut dt, notes) =
-            choose_step(setup, &StepLimit { kappa: 4.0 * (wave_speed / dxi).powi(2), dt: limit, viscous })?;
+        let [wave, viscous] = dynamics.step_limits(COMPRESSED * h);
+        let kappa = 4.0 * (wave_speed / dxi).powi(2);
+        let limit = StepLimit { kappa, dt: wave.min(viscous), wave, viscous: viscous < wave };
+        let (mut dt, notes) = choose_step(setup, &limit)?;
         if setup.time_step == TimeStep::Auto {
             dt = dt.min(COURANT * dxi / wave_speed);
         }
@@ -67,9 +69,13 @@ impl FluidBesideSolid {
             spacing: h.max(dxi),
             smoothing_length: setup.solver.smoothing * h,
             neighbours: 2 * (2.5 * setup.solver.smoothing).floor() as usize,
+            scheme: Scheme::Rk4,
+            scheme_reason: None,
             dt,
-            dt_limit: limit,
-            limited_by_viscosity: viscous,
+            shortest_step: None,
+            fastest_decay: 0.0,
+            dt_limit: limit.dt,
+            limited_by_viscosity: limit.viscous,
             volume: length,
             shape_volume: length,
             load: Vec3::zeros(),

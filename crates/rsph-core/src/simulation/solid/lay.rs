@@ -160,7 +160,7 @@ impl Undeformed {
         for &k in &inside {
             let enough = fraction[k] >= MIN_FRACTION * (1.0 - 1e-9);
             if enough
-                && !self.is_behind(&planes, &place(k).0)
+                && (!self.is_behind(&planes, &place(k).0) || holds.is_apart(&place(k).1))
                 && let Some(number) = shares.number(arrived.nodes[k])
             {
                 keep[number] = true;

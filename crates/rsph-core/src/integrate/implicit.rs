@@ -1,0 +1,217 @@
+//! Implicit schemes for stiff viscosity: each stage is one linear system with M + c (c + T) K, where c is
+//! the stage's share of the time step.
+
+use super::{Integrator, Step, StepSums};
+use crate::dynamics::{Dynamics, ForceSums};
+use crate::error::FailureKind;
+use crate::particles::{Column, Field, Particles};
+use crate::solve::cg::Goal;
+use crate::solve::stiff::StiffSolver;
+use rayon::prelude::*;
+
+/// gamma of SDIRK2: L-stable and of second order.
+const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+/// Residual of a stage, as a share of the largest load, over the tolerance of a step.
+const STAGE: f64 = 0.02;
+/// Iterations after which a stage counts as unsolvable.
+const MAX_ITERATIONS: usize = 500;
+/// Bounds of the change of a step, and the share of the estimated best one that is taken.
+const CHANGE: (f64, f64, f64) = (0.2, 2.0, 0.9);
+
+/// The stages of a scheme.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scheme {
+    /// Two stages, second order, L-stable.
+    Sdirk2,
+    /// One stage, first order.
+    BackwardEuler,
+}
+
+/// An implicit scheme with its work space.
+#[derive(Debug)]
+pub struct Implicit {
+    scheme: Scheme,
+    tolerance: f64,
+    /// Displacement against which errors are measured; `None`: steps are as long as asked for.
+    scale: Option<f64>,
+    /// Steps not longer than this are taken whatever their error.
+    shortest: f64,
+    solver: Option<StiffSolver>,
+    start: [Vec<f64>; 2],
+    first: [Vec<f64>; 2],
+    rates: Vec<Column>,
+    force: Vec<f64>,
+    acceleration: Vec<f64>,
+    reference: f64,
+}
+
+impl Implicit {
+    /// For `dynamics` on `particles`. `adaptive` is the shortest step worth taking, for a scheme that
+    /// chooses its steps so that their error stays below `tolerance` of the displacement.
+    pub fn new(
+        scheme: Scheme,
+        dynamics: &mut dyn Dynamics,
+        particles: &Particles,
+        tolerance: f64,
+        adaptive: Option<f64>,
+    ) -> Self {
+        let n = particles.len();
+        let zeros = || vec![0.0; 3 * n];
+        let mut solver = dynamics.elastic().map(StiffSolver::new);
+        let mut scale = 0.0;
+        if let (Some(elastic), Some(solver), Some(_)) = (dynamics.elastic(), &mut solver, adaptive) {
+            // The displacement at rest under all loads, if the body is held.
+            let mut load = elastic.load_at(f64::MAX);
+            elastic.fixed.zero(&mut load, n);
+            let mut rest = zeros();
+            let goal = Goal { residual: 0.01 * solver.norm(&load), iterations: 100 };
+            let outcome = solver.solve(elastic, (0.0, 1.0), &load, &mut rest, goal, &mut |_, _| true);
+            if outcome.converged {
+                scale = solver.norm(&rest);
+            }
+        }
+        Self {
+            scheme,
+            tolerance,
+            scale: adaptive.map(|_| scale),
+            shortest: adaptive.unwrap_or(0.0),
+            solver,
+            start: [zeros(), zeros()],
+            first: [zeros(), zeros()],
+            rates: vec![Column::zeros(3, n), Column::zeros(3, n)],
+            force: zeros(),
+            acceleration: zeros(),
+            reference: 0.0,
+        }
+    }
+
+    /// From u*, v* in `particles` to the end of a stage at time `t`: v = v* + c a, u = u* + c v.
+    fn stage(
+        &mut self,
+        dynamics: &mut dyn Dynamics,
+        particles: &mut Particles,
+        t: f64,
+        c: f64,
+    ) -> Result<(ForceSums, u64), (FailureKind, String)> {
+        let n = particles.len();
+        let velocity = particles.column(Field::Velocity).clone();
+        add(particles.column_mut(Field::Displacement).values_mut(), c, velocity.values());
+        dynamics.impose(t, particles);
+        dynamics.rates(t, particles, &mut self.rates);
+        let (Some(elastic), Some(solver)) = (dynamics.elastic(), &mut self.solver) else {
+            return Err((FailureKind::NotConverged, "this body has no stiffness to solve with".into()));
+        };
+        let relaxation_time = elastic.material.relaxation_time();
+        let mass = &elastic.mass;
+        let dv = self.rates[1].values();
+        self.force.par_iter_mut().zip(dv).enumerate().for_each(|(i, (f, dv))| *f = mass[i % n] * dv);
+        self.reference = self.reference.max(solver.norm(&self.force));
+        // Without inertia and with a constant load the velocity dies out like this.
+        let guess = -1.0 / (c + relaxation_time);
+        self.acceleration.par_iter_mut().zip(velocity.values()).for_each(|(a, v)| *a = guess * v);
+        drop(velocity);
+        elastic.fixed.zero(&mut self.acceleration, n);
+        let before = solver.applications();
+        let outcome = solver.solve(
+            elastic,
+            (1.0, c * (c + relaxation_time)),
+            &self.force,
+            &mut self.acceleration,
+            Goal { residual: STAGE * self.tolerance * self.reference, iterations: MAX_ITERATIONS },
+            &mut |_, residual| residual.is_finite(),
+        );
+        let applications = solver.applications() - before;
+        if !outcome.converged {
+            return Err((
+                FailureKind::NotConverged,
+                format!(
+                    "a stage of the time step was not solved in {} iterations (residual {:.1e} of the load)",
+                    outcome.iterations,
+                    outcome.residual / self.reference
+                ),
+            ));
+        }
+        let a = &self.acceleration;
+        add(particles.column_mut(Field::Displacement).values_mut(), c * c, a);
+        add(particles.column_mut(Field::Velocity).values_mut(), c, a);
+        // What holds the body, at the end of the stage.
+        Ok((dynamics.rates(t, particles, &mut self.rates), applications + 2))
+    }
+
+    fn set(particles: &mut Particles, u: &[f64], v: &[f64]) {
+        particles.column_mut(Field::Displacement).values_mut().copy_from_slice(u);
+        particles.column_mut(Field::Velocity).values_mut().copy_from_slice(v);
+    }
+
+    /// The error of the step as a share of the scale, for the next step.
+    fn error(&mut self, particles: &Particles, dt: f64) -> Option<f64> {
+        let (scale, solver) = (self.scale.as_mut()?, self.solver.as_mut()?);
+        let (u, v) = (particles.column(Field::Displacement), particles.column(Field::Velocity));
+        *scale = scale.max(solver.norm(u.values()));
+        // Against the scheme of first order that has only the first stage.
+        let (v, first) = (v.values(), &self.first[0]);
+        self.force.par_iter_mut().zip(v).zip(first).for_each(|((e, v), first)| *e = GAMMA * dt * (v - first));
+        let size = solver.norm(&self.force);
+        Some(if size > 0.0 { size / *scale } else { 0.0 })
+    }
+}
+
+impl Integrator for Implicit {
+    fn evaluate(&mut self, dynamics: &mut dyn Dynamics, particles: &Particles, t: f64) -> ForceSums {
+        dynamics.rates(t, particles, &mut self.rates)
+    }
+
+    fn step(
+        &mut self,
+        dynamics: &mut dyn Dynamics,
+        particles: &mut Particles,
+        t: f64,
+        dt: f64,
+    ) -> Result<Step, (FailureKind, String)> {
+        self.start[0].copy_from_slice(particles.column(Field::Displacement).values());
+        self.start[1].copy_from_slice(particles.column(Field::Velocity).values());
+        let mut integral = ForceSums::default();
+        let mut evaluations = 0;
+        let c = if self.scheme == Scheme::Sdirk2 { GAMMA * dt } else { dt };
+        if self.scheme == Scheme::Sdirk2 {
+            let (sums, count) = self.stage(dynamics, particles, t + c, c)?;
+            integral = integral.add_scaled(dt - c, &sums);
+            evaluations += count;
+            self.first[0].copy_from_slice(particles.column(Field::Velocity).values());
+            self.first[1].copy_from_slice(&self.acceleration);
+            let [u, v] = &self.start;
+            Self::set(particles, u, v);
+            add(particles.column_mut(Field::Displacement).values_mut(), dt - c, &self.first[0]);
+            add(particles.column_mut(Field::Velocity).values_mut(), dt - c, &self.first[1]);
+        }
+        let (forces, count) = self.stage(dynamics, particles, t + dt, c)?;
+        integral = integral.add_scaled(c, &forces);
+        evaluations += count;
+        let error = if self.scheme == Scheme::Sdirk2 { self.error(particles, dt) } else { None };
+        let mut step = Step { sums: StepSums::default(), forces, evaluations, next: None, taken: true };
+        if let Some(error) = error {
+            let (least, most, safety) = CHANGE;
+            let best = safety * (self.tolerance / error.max(1e-12)).sqrt();
+            step.next = Some((dt * best.clamp(least, most)).max(self.shortest));
+            step.taken = error <= self.tolerance || dt <= self.shortest;
+            if !step.taken {
+                Self::set(particles, &self.start[0], &self.start[1]);
+                return Ok(step);
+            }
+        }
+        let imposed = dynamics.impose(t + dt, particles);
+        step.sums = StepSums {
+            load: integral.load,
+            reaction: integral.reaction + imposed.momentum,
+            work: integral.power + imposed.energy,
+            // A solid's is what its energy lacks.
+            dissipated: 0.0,
+        };
+        Ok(step)
+    }
+}
+
+/// y += a x
+fn add(y: &mut [f64], a: f64, x: &[f64]) {
+    crate::solve::sums::combine(a, x, 1.0, y);
+}

@@ -1,0 +1,64 @@
+//! Trilinear hexahedra: the stiffness of a full cubic block of the body's material.
+
+use crate::material::Material;
+use crate::tensor::{Mat3, SymTensor, Vec3};
+
+/// Corner `k` of a unit cube, x fastest.
+pub fn corner(k: usize) -> [usize; 3] {
+    [k & 1, k >> 1 & 1, k >> 2]
+}
+
+/// Stiffness between the corners of a cube with edge 1; that of a cube with edge H is H times this.
+/// Block (m, n) is the force on corner m against a displacement of corner n.
+pub fn stiffness(material: &dyn Material) -> [[Mat3; 8]; 8] {
+    // Two Gauss points along each axis are exact for trilinear functions.
+    let gauss = |k: usize| if k == 0 { 0.5 - 0.75_f64.sqrt() / 3.0 } else { 0.5 + 0.75_f64.sqrt() / 3.0 };
+    let mut blocks = [[Mat3::zeros(); 8]; 8];
+    for q in 0..8 {
+        let x = corner(q).map(gauss);
+        let strain = |n: usize, j: usize| {
+            let mut direction = Vec3::zeros();
+            direction[j] = 1.0;
+            SymTensor::symmetric_part(&(direction * gradient(n, x).transpose()))
+        };
+        for n in 0..8 {
+            for j in 0..3 {
+                let sigma = material.stress(strain(n, j));
+                for (m, block) in blocks.iter_mut().enumerate() {
+                    for i in 0..3 {
+                        block[n][(i, j)] += strain(m, i).double_dot(sigma) / 8.0;
+                    }
+                }
+            }
+        }
+    }
+    blocks
+}
+
+/// Gradient of the shape function of corner `n` at a point of the unit cube.
+fn gradient(n: usize, x: [f64; 3]) -> Vec3 {
+    let c = corner(n);
+    let value = |i: usize| if c[i] == 1 { x[i] } else { 1.0 - x[i] };
+    let slope = |i: usize| if c[i] == 1 { 1.0 } else { -1.0 };
+    Vec3::from_fn(|i, _| (0..3).map(|j| if i == j { slope(j) } else { value(j) }).product())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::KelvinVoigt;
+
+    #[test]
+    fn a_uniform_strain_meets_its_energy_and_a_rotation_no_force() {
+        let material = KelvinVoigt::new(1.0, 10.0, 0.3, 0.0).unwrap();
+        let k = stiffness(&material);
+        let position = |n: usize| Vec3::from_fn(|i, _| corner(n)[i] as f64);
+        let force = |g: &Mat3, m: usize| (0..8).map(|n| k[m][n] * (g * position(n))).sum::<Vec3>();
+        let g = Mat3::new(0.1, -0.3, 0.2, 0.05, 0.2, -0.1, 0.4, 0.15, -0.25);
+        let energy: f64 = (0..8).map(|m| 0.5 * force(&g, m).dot(&(g * position(m)))).sum();
+        let exact = material.energy_density(SymTensor::symmetric_part(&g));
+        assert!((energy / exact - 1.0).abs() < 1e-12);
+        let spin = g - g.transpose();
+        assert!((0..8).all(|m| force(&spin, m).norm() < 1e-12));
+    }
+}

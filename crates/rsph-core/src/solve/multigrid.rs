@@ -1,0 +1,292 @@
+//! Geometric multigrid for m M + c K: the particles; trilinear hexahedra on blocks of two cells, their
+//! stiffness scaled by how full they are; Galerkin levels of twice the distance each; a direct solve.
+
+use super::blocks::diagonal_blocks;
+use super::direct::Direct;
+use super::hexahedra;
+use super::level::{
+    Coarsening, LANCZOS_MARGIN, LANCZOS_STEPS, Level, NO_NODE, SMOOTHED, inverse_of_diagonal, slot,
+};
+use super::operator::{Operator, Preconditioner};
+use super::spectrum::largest_eigenvalue;
+use super::sums::combine;
+use super::transfer::{BLOCK, Transfer};
+use crate::dynamics::elastic::Elastic;
+use crate::lattice::NO_PARTICLE;
+use crate::material::Material;
+use crate::tensor::{Mat3, SymTensor, Vec3};
+use rayon::prelude::*;
+
+/// Unknowns that the direct solve takes.
+const DIRECT: usize = 900;
+/// Least fullness of a block: its stiffness never vanishes.
+const LEAST_FULL: f64 = 1e-3;
+/// A node is held when this share of the weight around it is.
+const HELD_SHARE: f64 = 0.5;
+const PARTICLES_A_TASK: usize = 1024;
+/// Ratio of the moduli of pressure and shear waves (6 at nu = 0.4) above which the particles are smoothed
+/// twice: nearly incompressible bodies converge slowly.
+const NEARLY_INCOMPRESSIBLE: f64 = 6.0;
+
+/// The hierarchy of a body on its lattice. It stands as long as the lattice and its boundaries do.
+#[derive(Clone, Debug)]
+pub struct Multigrid {
+    mass: Vec<f64>,
+    diagonal: Vec<Mat3>,
+    inverse: Vec<Mat3>,
+    /// Largest eigenvalue of D^-1 K on the particles.
+    largest: f64,
+    /// Steps of the smoother there.
+    smoothing: usize,
+    transfer: Transfer,
+    levels: Vec<Level>,
+    coarsenings: Vec<Coarsening>,
+    direct: Option<Direct>,
+    residual: Vec<f64>,
+    direction: Vec<f64>,
+}
+
+impl Multigrid {
+    /// The hierarchy for K alone (m = 0, c = 1).
+    pub fn new(elastic: &mut Elastic) -> Self {
+        let n = elastic.len();
+        let mut diagonal = diagonal_blocks(elastic);
+        for p in &elastic.fixed.particles {
+            for i in (0..3).filter(|&i| p.fix[i]) {
+                diagonal[p.particle].set_row(i, &nalgebra::RowVector3::zeros());
+                diagonal[p.particle].set_column(i, &Vec3::zeros());
+            }
+        }
+        let transfer = Transfer::new(elastic);
+        let mut levels = vec![first_level(elastic, &transfer)];
+        let mut coarsenings = Vec::new();
+        while let Some(last) = levels.last().filter(|l| 3 * l.len() > DIRECT)
+            && let Some((coarsening, level)) = last.coarser()
+        {
+            coarsenings.push(coarsening);
+            levels.push(level);
+        }
+        let mut multigrid = Self {
+            mass: elastic.mass.clone(),
+            inverse: Vec::new(),
+            diagonal,
+            largest: 1.0,
+            smoothing: smoothing(&*elastic.material),
+            transfer,
+            levels,
+            coarsenings,
+            direct: None,
+            residual: vec![0.0; 3 * n],
+            direction: vec![0.0; 3 * n],
+        };
+        multigrid.set_scales(0.0, 1.0);
+        multigrid.estimate_largest(elastic);
+        multigrid
+    }
+
+    /// Makes it the hierarchy of m M + c K.
+    pub fn set_scales(&mut self, mass: f64, stiffness: f64) {
+        self.inverse = (&self.diagonal, &self.mass)
+            .into_par_iter()
+            .map(|(block, m)| {
+                let mut d = stiffness * block;
+                for i in (0..3).filter(|&i| block[(i, i)] > 0.0) {
+                    d[(i, i)] += mass * m;
+                }
+                inverse_of_diagonal(d)
+            })
+            .collect();
+        for level in &mut self.levels {
+            level.set_scales(mass, stiffness);
+        }
+        self.direct = self.levels.last().and_then(Direct::new);
+    }
+
+    /// Number of unknowns of every level, the particles first.
+    pub fn sizes(&self) -> Vec<usize> {
+        std::iter::once(self.residual.len()).chain(self.levels.iter().map(|l| 3 * l.len())).collect()
+    }
+
+    /// Middle of the part of the spectrum of D^-1 K that the smoother damps.
+    fn estimate_largest(&mut self, elastic: &mut Elastic) {
+        let inverse = &self.inverse;
+        let mut divide = |r: &[f64], z: &mut [f64]| jacobi(inverse, 1.0, 0.0, r, z);
+        let mut apply = |x: &[f64], y: &mut [f64]| elastic.apply(0.0, 1.0, x, y);
+        let largest = largest_eigenvalue(self.residual.len(), LANCZOS_STEPS, &mut apply, &mut divide);
+        self.largest = LANCZOS_MARGIN * largest.max(f64::MIN_POSITIVE);
+    }
+
+    /// One V-cycle from level `l` on, whose right-hand side stands in its `b`.
+    fn cycle(&mut self, l: usize) {
+        if l + 1 == self.levels.len() {
+            let level = &mut self.levels[l];
+            if let Some(direct) = &self.direct {
+                direct.solve(&level.b, &mut level.x);
+            } else {
+                level.smooth(true);
+                level.smooth(false);
+            }
+            return;
+        }
+        let (fine, coarse) = self.levels.split_at_mut(l + 1);
+        fine[l].smooth(true);
+        fine[l].restrict(&self.coarsenings[l], &mut coarse[0].b);
+        self.cycle(l + 1);
+        let (fine, coarse) = self.levels.split_at_mut(l + 1);
+        fine[l].prolong(&self.coarsenings[l], &coarse[0].x);
+        fine[l].smooth(false);
+    }
+}
+
+impl Preconditioner for Multigrid {
+    fn apply(&mut self, operator: &mut dyn Operator, r: &[f64], z: &mut [f64]) {
+        z.fill(0.0);
+        self.smooth(operator, r, z, true);
+        operator.apply(z, &mut self.residual);
+        combine(1.0, r, -1.0, &mut self.residual);
+        self.transfer.restrict(&self.residual, &mut self.levels[0].b);
+        self.cycle(0);
+        self.transfer.prolong(&self.levels[0].x, z);
+        hold(&self.inverse, z);
+        self.smooth(operator, r, z, false);
+    }
+}
+
+impl Multigrid {
+    /// Chebyshev steps of the block Jacobi iteration for A z = r.
+    fn smooth(&mut self, operator: &mut dyn Operator, r: &[f64], z: &mut [f64], from_zero: bool) {
+        let (middle, half) = (0.5 * (1.0 + 1.0 / SMOOTHED), 0.5 * (1.0 - 1.0 / SMOOTHED));
+        let ratio = half / middle;
+        let mut rho = ratio;
+        for step in 0..self.smoothing {
+            if step > 0 || !from_zero {
+                operator.apply(z, &mut self.residual);
+                combine(1.0, r, -1.0, &mut self.residual);
+            } else {
+                self.residual.copy_from_slice(r);
+            }
+            let (keep, length) = if step == 0 {
+                (0.0, 1.0 / middle)
+            } else {
+                let next = 1.0 / (2.0 / ratio - rho);
+                let factors = (next * rho, 2.0 * next / half);
+                rho = next;
+                factors
+            };
+            jacobi(&self.inverse, length / self.largest, keep, &self.residual, &mut self.direction);
+            combine(1.0, &self.direction, 1.0, z);
+        }
+    }
+}
+
+/// Steps of the smoother on the particles.
+fn smoothing(material: &dyn Material) -> usize {
+    let shear = material.stress(SymTensor([0.0, 0.0, 0.0, 0.5, 0.0, 0.0])).0[3];
+    if material.p_wave_modulus() > NEARLY_INCOMPRESSIBLE * shear { 2 } else { 1 }
+}
+
+/// z = step D^-1 r + keep z
+fn jacobi(inverse: &[Mat3], step: f64, keep: f64, r: &[f64], z: &mut [f64]) {
+    let n = inverse.len();
+    let (zx, zyz) = z.split_at_mut(n);
+    let (zy, zz) = zyz.split_at_mut(n);
+    (zx, zy, zz, inverse).into_par_iter().with_min_len(PARTICLES_A_TASK).enumerate().for_each(
+        |(a, (zx, zy, zz, inverse))| {
+            let d = inverse * Vec3::new(r[a], r[n + a], r[2 * n + a]) * step;
+            (*zx, *zy, *zz) = (d.x + keep * *zx, d.y + keep * *zy, d.z + keep * *zz);
+        },
+    );
+}
+
+/// Zero in components without stiffness.
+fn hold(inverse: &[Mat3], z: &mut [f64]) {
+    let n = inverse.len();
+    for (i, z) in z.chunks_mut(n).enumerate() {
+        z.par_iter_mut().with_min_len(PARTICLES_A_TASK).zip(inverse).for_each(|(z, inverse)| {
+            if inverse[(i, i)] == 0.0 {
+                *z = 0.0;
+            }
+        });
+    }
+}
+
+/// Trilinear hexahedra on the blocks.
+fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
+    let n = elastic.len();
+    let edge = BLOCK as f64 * elastic.lattice.spacing;
+    let stiffness = hexahedra::stiffness(&*elastic.material);
+    let strength: Vec<f64> = transfer
+        .particles_of
+        .iter()
+        .map(|particles| {
+            let volume: f64 = particles
+                .iter()
+                .filter(|a| **a != NO_PARTICLE)
+                .map(|&a| elastic.moments[a as usize].volume)
+                .sum();
+            (volume / edge.powi(3)).max(LEAST_FULL) * edge
+        })
+        .collect();
+    let mut held_particle = vec![0.0; 3 * n];
+    for p in &elastic.fixed.particles {
+        for i in (0..3).filter(|&i| p.fix[i]) {
+            held_particle[i * n + p.particle] = 1.0;
+        }
+    }
+    let inward: Vec<f64> = elastic
+        .mirror
+        .planes()
+        .iter()
+        .map(|plane| {
+            let free = (0..n).filter(|&a| (0..3).any(|i| held_particle[i * n + a] == 0.0));
+            free.map(|a| elastic.lattice.position(a)[plane.axis] - plane.at).sum::<f64>().signum()
+        })
+        .collect();
+    let nodes = transfer.nodes.coordinates.len();
+    let mut mass = vec![0.0; 3 * nodes];
+    let held: Vec<[bool; 3]> = (0..nodes)
+        .map(|node| {
+            let (mut all, mut held, mut masses) = (0.0, [0.0; 3], [0.0; 3]);
+            transfer.around(node, |a, w| {
+                all += w;
+                for i in 0..3 {
+                    let h = held_particle[i * n + a];
+                    held[i] += w * h;
+                    masses[i] += w * elastic.mass[a] * (1.0 - h);
+                }
+            });
+            let place = transfer.nodes.coordinates[node];
+            let x = elastic.lattice.origin + Vec3::from_fn(|i, _| f64::from(place[i]) * edge);
+            let beyond = |i: usize| {
+                let planes = elastic.mirror.planes().iter().zip(&inward);
+                planes.into_iter().any(|(p, s)| p.fix[i] && (x[p.axis] - p.at) * s < 0.25 * edge)
+            };
+            let held = std::array::from_fn(|i| beyond(i) || held[i] >= HELD_SHARE * all);
+            for i in (0..3).filter(|&i| !held[i]) {
+                mass[3 * node + i] = masses[i];
+            }
+            held
+        })
+        .collect();
+    let rows = |node: usize| {
+        let mut row = [Mat3::zeros(); 27];
+        for (k, &block) in transfer.blocks_of[node].iter().enumerate().filter(|(_, b)| **b != NO_NODE) {
+            let here = hexahedra::corner(7 - k);
+            for (c, &other) in transfer.nodes_of[block as usize].iter().enumerate() {
+                let there = hexahedra::corner(c);
+                let place = slot(std::array::from_fn(|i| there[i] as i32 - here[i] as i32));
+                let mut part = stiffness[7 - k][c] * strength[block as usize];
+                for i in 0..3 {
+                    for j in 0..3 {
+                        if held[node][i] || held[other as usize][j] {
+                            part[(i, j)] = 0.0;
+                        }
+                    }
+                }
+                row[place] += part;
+            }
+        }
+        row
+    };
+    Level::new(&transfer.nodes, rows, mass)
+}

@@ -1,0 +1,131 @@
+//! Motions of a body, or of a piece of it, that nothing holds back.
+
+use crate::dynamics::elastic::Elastic;
+use crate::lattice::NO_PARTICLE;
+use crate::moments::stencil;
+use crate::tensor::Vec3;
+use nalgebra::{Matrix6, Vector6};
+
+/// Share of the largest eigenvalue below which a motion counts as free.
+const FREE: f64 = 1e-9;
+/// Share of its length that a vector component may miss of an axis and still be named after it.
+const ALONG: f64 = 1e-6;
+
+/// A piece of the body with motions that cost no energy.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoosePiece {
+    /// Number of its particles.
+    pub particles: usize,
+    /// Its centre (undeformed).
+    pub centre: Vec3,
+    /// Whether nothing holds it at all.
+    pub free: bool,
+    /// Its free motions, in words.
+    pub motions: Vec<String>,
+}
+
+/// The pieces of `elastic` whose holds leave a motion as a rigid body.
+pub fn loose_pieces(elastic: &Elastic) -> Vec<LoosePiece> {
+    pieces(elastic).iter().filter_map(|piece| loose(elastic, piece)).collect()
+}
+
+/// Particles that hang together by the sums, apart from those that no sum sees.
+fn pieces(elastic: &Elastic) -> Vec<Vec<usize>> {
+    let lattice = &elastic.lattice;
+    let stencil = stencil(lattice);
+    let seen = |a: usize| elastic.moments[a].volume > 0.0;
+    let mut piece_of = vec![usize::MAX; lattice.len()];
+    let mut pieces: Vec<Vec<usize>> = Vec::new();
+    for start in 0..lattice.len() {
+        if piece_of[start] != usize::MAX || !seen(start) {
+            continue;
+        }
+        let id = pieces.len();
+        piece_of[start] = id;
+        let mut piece = vec![start];
+        let mut next = 0;
+        while next < piece.len() {
+            for (shift, _, w) in &stencil {
+                let b = lattice.particle_at[lattice.cell_of[piece[next]].wrapping_add_signed(*shift)];
+                if b != NO_PARTICLE && *w > 0.0 && piece_of[b as usize] == usize::MAX && seen(b as usize) {
+                    piece_of[b as usize] = id;
+                    piece.push(b as usize);
+                }
+            }
+            next += 1;
+        }
+        pieces.push(piece);
+    }
+    pieces
+}
+
+/// What is free of one piece.
+fn loose(elastic: &Elastic, piece: &[usize]) -> Option<LoosePiece> {
+    let position = |a: usize| elastic.lattice.position(a);
+    let centre = piece.iter().map(|&a| position(a)).sum::<Vec3>() / piece.len() as f64;
+    let radius = piece.iter().map(|&a| (position(a) - centre).norm()).fold(elastic.lattice.spacing, f64::max);
+    // A held component i at x forbids (translation + rotation x (x - centre))_i.
+    let mut holds = Matrix6::zeros();
+    let mut forbid = |x: &Vec3, i: usize| {
+        let mut axis = Vec3::zeros();
+        axis[i] = 1.0;
+        let turn = ((x - centre) / radius).cross(&axis);
+        let row = Vector6::new(axis.x, axis.y, axis.z, turn.x, turn.y, turn.z);
+        holds += row * row.transpose();
+    };
+    let mut member = vec![false; elastic.len()];
+    for &a in piece {
+        member[a] = true;
+        for ghost in elastic.mirror.ghosts_of(a) {
+            for i in (0..3).filter(|&i| ghost.sign[i] < 0.0) {
+                forbid(&(position(a) + 0.5 * ghost.x), i);
+            }
+        }
+    }
+    for p in elastic.fixed.particles.iter().filter(|p| member[p.particle]) {
+        for i in (0..3).filter(|&i| p.fix[i]) {
+            forbid(&position(p.particle), i);
+        }
+    }
+    let eigen = holds.symmetric_eigen();
+    let largest = eigen.eigenvalues.max();
+    let free: Vec<Vector6<f64>> = (0..6)
+        .filter(|&k| eigen.eigenvalues[k] <= FREE * largest)
+        .map(|k| eigen.eigenvectors.column(k).into_owned())
+        .collect();
+    (!free.is_empty()).then(|| LoosePiece {
+        particles: piece.len(),
+        centre,
+        free: free.len() == 6,
+        motions: names(&free, &centre, radius),
+    })
+}
+
+/// Names of the motions in the span of orthonormal `free`.
+fn names(free: &[Vector6<f64>], centre: &Vec3, radius: f64) -> Vec<String> {
+    let mut names = Vec::new();
+    for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
+        let within: f64 = free.iter().map(|f| f[k] * f[k]).sum();
+        if within > 1.0 - ALONG {
+            names.push(format!("shifted along {axis}"));
+        }
+    }
+    let shifts = names.len();
+    for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
+        // The free motion with the most of this turn.
+        let best: Vector6<f64> = free.iter().map(|f| *f * f[3 + k]).sum();
+        let turn = Vec3::new(best[3], best[4], best[5]);
+        if turn.norm() > 1e-3 && (turn[k] / turn.norm()).abs() > 1.0 - ALONG {
+            let shift = Vec3::new(best[0], best[1], best[2]);
+            let p = centre + turn.cross(&shift) / turn.norm_squared() * radius;
+            names.push(format!(
+                "turned about an axis along {axis} through ({:.3}, {:.3}, {:.3})",
+                p.x, p.y, p.z
+            ));
+        }
+    }
+    if names.len() < free.len() && shifts < names.len().max(1) {
+        names.push("moved in a way that combines shift and turn".into());
+    }
+    names
+}

@@ -1,0 +1,78 @@
+//! (m M + c K) x = b of a body: conjugate gradients with the multigrid hierarchy of its lattice, which is
+//! made once and serves as long as the lattice stands.
+
+use super::cg::{ConjugateGradients, Goal, Outcome};
+use super::multigrid::Multigrid;
+use super::operator::{Operator, Shifted};
+use crate::dynamics::elastic::Elastic;
+
+/// A solver for one body on one lattice.
+#[derive(Clone, Debug)]
+pub struct StiffSolver {
+    multigrid: Multigrid,
+    gradients: ConjugateGradients,
+    scales: (f64, f64),
+    applications: u64,
+}
+
+/// Counts what an operator is asked.
+struct Counted<'a, 'b>(&'a mut Shifted<'b>, &'a mut u64);
+
+impl Operator for Counted<'_, '_> {
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    fn apply(&mut self, x: &[f64], y: &mut [f64]) {
+        *self.1 += 1;
+        self.0.apply(x, y);
+    }
+}
+
+impl StiffSolver {
+    /// Sets up the hierarchy of `elastic`.
+    pub fn new(elastic: &mut Elastic) -> Self {
+        let len = 3 * elastic.len();
+        Self {
+            multigrid: Multigrid::new(elastic),
+            gradients: ConjugateGradients::new(len),
+            scales: (0.0, 1.0),
+            applications: 0,
+        }
+    }
+
+    /// Improves x until |b - (m M + c K) x| meets `goal`; `scales` is (m, c). `watch` as in
+    /// [`ConjugateGradients::solve`].
+    pub fn solve(
+        &mut self,
+        elastic: &mut Elastic,
+        scales: (f64, f64),
+        b: &[f64],
+        x: &mut [f64],
+        goal: Goal,
+        watch: &mut dyn FnMut(usize, f64) -> bool,
+    ) -> Outcome {
+        if self.scales != scales {
+            self.multigrid.set_scales(scales.0, scales.1);
+            self.scales = scales;
+        }
+        let mut shifted = Shifted { elastic, mass: scales.0, stiffness: scales.1 };
+        let mut operator = Counted(&mut shifted, &mut self.applications);
+        self.gradients.solve(&mut operator, &mut self.multigrid, b, x, goal, watch)
+    }
+
+    /// |x|, summed in a fixed order.
+    pub fn norm(&mut self, x: &[f64]) -> f64 {
+        self.gradients.sums().norm(x)
+    }
+
+    /// Applications of the operator so far.
+    pub fn applications(&self) -> u64 {
+        self.applications
+    }
+
+    /// Number of unknowns of every level, the particles first.
+    pub fn sizes(&self) -> Vec<usize> {
+        self.multigrid.sizes()
+    }
+}

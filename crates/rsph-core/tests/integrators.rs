@@ -1,0 +1,180 @@
+//! Schemes of integration against the exact series of a bar, against each other, and at rest.
+
+use rsph_core::material::KelvinVoigt;
+use rsph_core::region::{Axis, Region, Side};
+use rsph_core::sample::Resolution;
+use rsph_core::setup::{
+    Boundary, Initial, Integration, Load, LoadKind, Mechanics, Probe, Quantity, Ramp, Remesh, Scheme, Setup,
+    Solver, TimeStep, Units,
+};
+use rsph_core::shape::BoxShape;
+use rsph_core::simulation::Simulation;
+use rsph_core::tensor::Vec3;
+use std::sync::Arc;
+
+fn plane(at: f64, side: Side) -> Region {
+    Region::Plane { axis: Axis::Z, at, side }
+}
+
+/// The tensile cube of section 5.2 with nu = 0.
+fn cube(scheme: Scheme, step: TimeStep) -> Setup {
+    Setup {
+        units: Units::Normalised,
+        mechanics: Mechanics::Solid,
+        remesh: Remesh::default(),
+        shape: Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap()),
+        resolution: Resolution::Particles(343),
+        material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.0, 0.2).unwrap()),
+        initial: Initial::default(),
+        boundaries: vec![Boundary { region: plane(0.0, Side::Below), fix: [true; 3], motion: None }],
+        loads: vec![Load {
+            kind: LoadKind::Traction { region: plane(1.0, Side::Above), traction: Vec3::z() },
+            ramp: Ramp::default(),
+        }],
+        solver: Solver::default(),
+        time_step: step,
+        integration: Integration { scheme, tolerance: 1e-5 },
+        allow_unstable: false,
+        probes: vec![Probe {
+            name: "extension".into(),
+            quantity: Quantity::parse("displacement.z").unwrap(),
+            region: plane(1.0, Side::Above),
+        }],
+    }
+}
+
+/// Extension of the cube at each of `times`.
+fn extensions(setup: Setup, times: &[f64]) -> (Vec<f64>, Simulation) {
+    let mut simulation = Simulation::new(setup).unwrap();
+    let read = times.iter().map(|&t| {
+        simulation.advance_to(t, &mut |_| true).unwrap();
+        simulation.readings()[0].value
+    });
+    let read = read.collect();
+    (read, simulation)
+}
+
+/// u(L, t)/L of a Kelvin-Voigt bar, E = 100, rho = L = load = 1, T = 0.2, by its eigenfunctions.
+fn series(t: f64) -> f64 {
+    let (stiffness, relaxation) = (100.0_f64, 0.2);
+    let mut sum = 1.0 / stiffness;
+    for k in 0..4000 {
+        let wave = (f64::from(k) + 0.5) * std::f64::consts::PI;
+        let lambda = stiffness * wave * wave;
+        let half = 0.5 * relaxation * lambda;
+        let d = half * half - lambda;
+        let decay = if d > 0.0 {
+            let slow = -lambda / (half + d.sqrt());
+            let fast = -half - d.sqrt();
+            (fast * (slow * t).exp() - slow * (fast * t).exp()) / (fast - slow)
+        } else {
+            let w = (-d).sqrt();
+            (-half * t).exp() * ((w * t).cos() + half / w * (w * t).sin())
+        };
+        sum -= 2.0 / (stiffness * wave * wave) * decay;
+    }
+    sum
+}
+
+const TIMES: [f64; 5] = [0.1, 0.2, 0.3, 0.5, 1.0];
+
+fn worst(found: &[f64], expected: &[f64]) -> f64 {
+    found.iter().zip(expected).map(|(f, e)| (f - e).abs()).fold(0.0, f64::max) / 0.01
+}
+
+#[test]
+fn sdirk2_follows_the_series_and_is_of_second_order() {
+    let exact = TIMES.map(series);
+    let (fine, _) = extensions(cube(Scheme::Rk4, TimeStep::Auto), &TIMES);
+    let errors = [0.04, 0.02, 0.01].map(|dt| {
+        let mut setup = cube(Scheme::Sdirk2, TimeStep::Fixed(dt));
+        setup.integration.tolerance = 1e-8;
+        let (found, simulation) = extensions(setup, &TIMES);
+        let balance = simulation.rhs_evaluations();
+        println!(
+            "dt = {dt}: {:.2e} of the same operator, {:.2e} of the series, {balance} applications",
+            worst(&found, &fine),
+            worst(&found, &exact)
+        );
+        (worst(&found, &fine), worst(&found, &exact))
+    });
+    assert!(errors[1].0 < 0.002 && errors[1].1 < 0.003, "{errors:?}");
+    // Halving the step divides the error by four.
+    assert!(errors[0].0 / errors[2].0 > 3.0_f64.powi(2), "{errors:?}");
+}
+
+#[test]
+fn the_other_schemes_agree() {
+    let (fine, _) = extensions(cube(Scheme::Rk4, TimeStep::Auto), &TIMES);
+    let (chebyshev, _) = extensions(cube(Scheme::Rkc2, TimeStep::Fixed(0.01)), &TIMES);
+    assert!(worst(&chebyshev, &fine) < 2e-3, "{}", worst(&chebyshev, &fine));
+    let (euler, _) = extensions(cube(Scheme::BackwardEuler, TimeStep::Fixed(0.002)), &TIMES);
+    assert!(worst(&euler, &fine) < 1e-2, "{}", worst(&euler, &fine));
+    let mut setup = cube(Scheme::Sdirk2, TimeStep::Auto);
+    setup.integration.tolerance = 1e-3;
+    let (adaptive, simulation) = extensions(setup, &TIMES);
+    println!("{} adaptive steps, error {:.1e}", simulation.step_count(), worst(&adaptive, &fine));
+    assert!(worst(&adaptive, &fine) < 5e-3 && simulation.step_count() < 400);
+}
+
+#[test]
+fn implicit_steps_balance_momentum_and_work() {
+    let mut setup = cube(Scheme::Sdirk2, TimeStep::Fixed(0.01));
+    setup.integration.tolerance = 1e-8;
+    let (_, mut simulation) = extensions(setup, &[1.0]);
+    let c = simulation.conservation();
+    assert!(c.momentum_error < 1e-6, "{}", c.momentum_error);
+    // At rest half of the work is stored and half dissipated.
+    assert!((c.elastic_energy / c.external_work - 0.5).abs() < 0.01);
+    assert!((c.reaction.z + 1.0).abs() < 0.01);
+}
+
+#[test]
+fn statics_is_where_motion_ends() {
+    let mut simulation = Simulation::new(cube(Scheme::Auto, TimeStep::Auto)).unwrap();
+    let found = simulation.solve_static(1.0, &mut |_, _| true).unwrap();
+    // nu = 0: the bar's extension is exact.
+    assert!((simulation.readings()[0].value - 0.01).abs() < 1e-7);
+    // The shares of the load on the layers add up to 1 within 1e-4.
+    assert!((found.compliance - 0.01).abs() < 1e-6 && found.iterations <= 20, "{found:?}");
+    assert!((found.reaction + found.load).norm() < 1e-5 && found.residual < 2e-6);
+    let c = simulation.conservation();
+    assert!((c.elastic_energy - 0.005).abs() < 1e-7);
+    // It goes on from there and stays.
+    simulation.advance_to(1.05, &mut |_| true).unwrap();
+    assert!((simulation.readings()[0].value - 0.01).abs() < 1e-6);
+}
+
+#[test]
+fn a_loose_body_has_no_equilibrium_and_says_so() {
+    let mut setup = cube(Scheme::Auto, TimeStep::Auto);
+    setup.boundaries.clear();
+    let mut simulation = Simulation::new(setup).unwrap();
+    let failure = simulation.solve_static(1.0, &mut |_, _| true).unwrap_err();
+    assert!(failure.what.contains("held by nothing"), "{failure}");
+}
+
+#[test]
+fn schemes_that_do_not_fit_are_refused() {
+    let mut setup = cube(Scheme::Sdirk2, TimeStep::Auto);
+    setup.solver.formulation = rsph_core::setup::Formulation::Paper;
+    assert_eq!(Simulation::new(setup).unwrap_err().key, "time.integrator");
+    let mut setup = cube(Scheme::Rkc2, TimeStep::Auto);
+    setup.material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.0, 0.0).unwrap());
+    assert_eq!(Simulation::new(setup).unwrap_err().key, "time.integrator");
+    let e = Simulation::new(cube(Scheme::Sdirk2, TimeStep::Fixed(f64::NAN))).unwrap_err();
+    assert_eq!(e.key, "time.dt");
+}
+
+#[test]
+fn a_clamp_through_a_body_acts_at_its_plane() {
+    // The cube stands on a held part; the plane does not lie on the lattice of its corner.
+    let mut setup = cube(Scheme::Auto, TimeStep::Auto);
+    setup.shape = Arc::new(BoxShape::new(Vec3::new(1.0, 1.0, 1.33), Vec3::new(0.0, 0.0, -0.33)).unwrap());
+    setup.resolution = Resolution::Spacing(1.0 / 7.0);
+    setup.solver = Solver::ACCURATE;
+    let mut simulation = Simulation::new(setup).unwrap();
+    simulation.solve_static(1.0, &mut |_, _| true).unwrap();
+    let extension = simulation.readings()[0].value;
+    assert!((extension / 0.01 - 1.0).abs() < 0.002, "{extension}");
+}
