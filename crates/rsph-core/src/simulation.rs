@@ -24,7 +24,7 @@ use crate::integrate::chebyshev::RungeKuttaChebyshev;
 use crate::integrate::implicit::{self, Implicit};
 use crate::integrate::{Integrator, RungeKutta4};
 use crate::particles::Particles;
-use crate::setup::{Integration, Mechanics, RemeshTrigger, Scheme, Setup, TimeStep};
+use crate::setup::{Integration, Load, Mechanics, RemeshTrigger, Scheme, Setup, TimeStep};
 use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
 use crate::surface::Surface;
@@ -320,6 +320,17 @@ impl Simulation {
         (self.time, self.steps) = self.watch.restore(self.model.dynamics(), &mut self.particles);
         // What follows from the restored columns.
         self.model.dynamics().impose(self.time, &mut self.particles);
+    }
+
+    /// Replaces all loads from this moment on, as where something touches a body in interactive use. Ramps
+    /// keep counting from time 0.
+    ///
+    /// # Errors
+    /// A load that acts on nothing, or a body whose loads can not be replaced; nothing has changed then.
+    pub fn set_loads(&mut self, loads: Vec<Load>) -> Result<(), InvalidInput> {
+        self.model.set_loads(&loads)?;
+        self.setup.loads = loads;
+        Ok(())
     }
 
     /// Evaluates the right-hand side at this moment without advancing, for measurements.

@@ -1,5 +1,7 @@
 //! Schemes of integration against the exact series of a bar, against each other, and at rest.
 
+use rsph_core::grid::Grid;
+use rsph_core::marching_cubes::zero_level_set;
 use rsph_core::material::KelvinVoigt;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
@@ -7,7 +9,7 @@ use rsph_core::setup::{
     Boundary, Initial, Integration, Load, LoadKind, Mechanics, Probe, Quantity, Ramp, Remesh, Scheme, Setup,
     Solver, TimeStep, Units,
 };
-use rsph_core::shape::BoxShape;
+use rsph_core::shape::{BoxShape, MeshShape};
 use rsph_core::simulation::Simulation;
 use rsph_core::tensor::Vec3;
 use std::sync::Arc;
@@ -177,4 +179,65 @@ fn a_clamp_through_a_body_acts_at_its_plane() {
     simulation.solve_static(1.0, &mut |_, _| true).unwrap();
     let extension = simulation.readings()[0].value;
     assert!((extension / 0.01 - 1.0).abs() < 0.002, "{extension}");
+}
+
+/// Two blocks, one held, joined by a square neck of that width; particles are 0.1 apart.
+fn dumbbell(neck: f64) -> Setup {
+    let block = |x: &Vec3, centre: f64, half: Vec3| {
+        let q = (x - Vec3::new(0.0, 0.0, centre)).abs() - half;
+        q.sup(&Vec3::zeros()).norm() + q.max().min(0.0)
+    };
+    let cells = [52, 52, 60];
+    let grid = Grid { origin: Vec3::new(-0.52, -0.52, -0.6), spacing: 0.02, cells };
+    let phi: Vec<f64> = (0..grid.len())
+        .map(|q| grid.centre([q % 52, q / 52 % 52, q / 52 / 52]))
+        .map(|x| {
+            let ends =
+                block(&x, -0.35, Vec3::new(0.4, 0.4, 0.2)).min(block(&x, 0.35, Vec3::new(0.4, 0.4, 0.2)));
+            ends.min(block(&x, 0.0, Vec3::new(0.5 * neck, 0.5 * neck, 0.3)))
+        })
+        .collect();
+    let (shape, _) = MeshShape::new(&zero_level_set(&grid, &phi), "dumbbell").unwrap();
+    let mut setup = cube(Scheme::Auto, TimeStep::Auto);
+    setup.shape = Arc::new(shape);
+    setup.resolution = Resolution::Spacing(0.1);
+    setup.boundaries = vec![Boundary { region: plane(-0.4, Side::Below), fix: [true; 3], motion: None }];
+    setup.loads = vec![Load {
+        kind: LoadKind::BodyForce { region: Region::All, acceleration: Vec3::new(0.1, 0.0, -0.3) },
+        ramp: Ramp::default(),
+    }];
+    setup.probes.clear();
+    setup.solver = Solver::ACCURATE;
+    setup
+}
+
+#[test]
+fn a_body_that_hangs_by_a_thin_piece_comes_to_rest_or_is_told_of() {
+    for neck in [0.3, 0.14, 0.1] {
+        let mut simulation = Simulation::new(dumbbell(neck)).unwrap();
+        match simulation.solve_static(1.0, &mut |_, _| true) {
+            Ok(found) => assert!(found.residual < 2e-6 && found.iterations < 1000, "{neck}: {found:?}"),
+            Err(failure) => {
+                assert!(neck < 0.2, "{neck}: {failure}");
+                let told = ["too thin", "held by nothing", "not held enough"];
+                assert!(told.iter().any(|t| failure.what.contains(t)), "{neck}: {failure}");
+            }
+        }
+    }
+}
+
+#[test]
+fn loads_can_be_replaced_between_steps() {
+    let mut simulation = Simulation::new(cube(Scheme::Sdirk2, TimeStep::Fixed(0.05))).unwrap();
+    simulation.advance_to(0.5, &mut |_| true).unwrap();
+    let pulled = simulation.readings()[0].value;
+    let none = Region::Ball { centre: Vec3::repeat(9.0), radius: 0.1 };
+    let nowhere = LoadKind::Traction { region: none, traction: Vec3::z() };
+    let refused = simulation.set_loads(vec![Load { kind: nowhere, ramp: Ramp::default() }]);
+    assert_eq!(refused.unwrap_err().key, "load[0]");
+    assert!((simulation.evaluate().load.z - 1.0).abs() < 1e-3, "a refused load changes nothing");
+    simulation.set_loads(Vec::new()).unwrap();
+    assert!(simulation.evaluate().load.norm() == 0.0);
+    simulation.advance_to(3.0, &mut |_| true).unwrap();
+    assert!(simulation.readings()[0].value.abs() < 1e-3 * pulled);
 }

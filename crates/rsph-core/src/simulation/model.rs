@@ -3,9 +3,10 @@
 use super::Description;
 use super::remeshing::Relaid;
 use crate::dynamics::Dynamics;
-use crate::error::Failure;
+use crate::error::{Failure, InvalidInput};
 use crate::observe::Reading;
 use crate::particles::Particles;
+use crate::setup::Load;
 use crate::snapshot::Snapshot;
 use crate::surface::Surface;
 
@@ -34,6 +35,20 @@ pub(super) trait Model: std::fmt::Debug + Send + Sync {
     /// # Errors
     /// Particles that can not be laid anew.
     fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<Relaid, Failure>;
+
+    /// Replaces all loads.
+    ///
+    /// # Errors
+    /// A load that acts on nothing, or a body whose loads are what they are; it stays as it was.
+    fn set_loads(&mut self, loads: &[Load]) -> Result<(), InvalidInput> {
+        let _ = loads;
+        Err(InvalidInput::new(
+            "load",
+            "",
+            "only the loads of a solid of small strain in the adjoint formulation can be replaced as it moves",
+            "give the loads a `ramp`, or start a new simulation",
+        ))
+    }
 
     /// The surface of the moment of `snapshot`.
     fn surface(&self, snapshot: &Snapshot) -> Surface;

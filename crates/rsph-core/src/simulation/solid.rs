@@ -20,7 +20,7 @@ use crate::mls::{Cloud, PointWeights};
 use crate::observe::{Reading, TaggedProbe};
 use crate::particles::{Column, Field, Particles};
 use crate::sample::{Body, sample};
-use crate::setup::{Formulation, RemeshTrigger, Setup, VectorField};
+use crate::setup::{Formulation, Load, RemeshTrigger, Setup, VectorField};
 use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
 use crate::surface::Surface;
@@ -236,6 +236,26 @@ impl Model for Solid {
         self.laid = laid;
         self.laid_at = self.matter.gradient(&relaid.particles, moment.time);
         Ok(relaid)
+    }
+
+    fn set_loads(&mut self, loads: &[Load]) -> Result<(), InvalidInput> {
+        let Matter::Adjoint(elastic) = &mut self.matter else {
+            return Err(InvalidInput::new(
+                "load",
+                "",
+                "the scheme of the paper keeps the loads that it starts with",
+                "take `formulation = \"adjoint\"`",
+            ));
+        };
+        let before = std::mem::replace(&mut self.setup.loads, loads.to_vec());
+        match self.laid.loads(&self.setup, elastic) {
+            Ok(loads) => elastic.loads = loads,
+            Err(error) => {
+                self.setup.loads = before;
+                return Err(error);
+            }
+        }
+        Ok(())
     }
 
     fn surface(&self, snapshot: &Snapshot) -> Surface {

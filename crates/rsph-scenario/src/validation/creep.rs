@@ -5,6 +5,8 @@ use super::Row;
 use super::case::{History, LIVER_LOAD, TENSILE_LIVER, simulation};
 use super::figure::{Curve, Figure};
 use super::kelvin_voigt_bar::extension;
+use rsph_core::setup::{Load, LoadKind, PatchCentre, Ramp};
+use rsph_core::tensor::Vec3;
 use std::path::Path;
 use std::time::Instant;
 
@@ -14,6 +16,36 @@ const REST: f64 = 0.01;
 pub(super) fn run(quick: bool, folder: &Path) -> Result<Vec<Row>, String> {
     let mut rows = bar()?;
     rows.extend(liver(quick, folder)?);
+    if !quick {
+        rows.extend(touched()?);
+    }
+    Ok(rows)
+}
+
+/// Frames a second of a liver that is touched somewhere else in every frame of 1/30 s.
+fn touched() -> Result<Vec<Row>, String> {
+    const FRAMES: u32 = 60;
+    let mut rows = Vec::new();
+    for (particles, bound) in [(5_000, 30.0), (10_000, 0.0), (20_000, 0.0)] {
+        let dt = 1.0 / 30.0;
+        let sets = [format!("body.particles={particles}"), format!("time.dt={dt}"), "time.until=10".into()];
+        let (mut liver, _) = simulation(LIVER_LOAD, &sets)?;
+        let kind = |k: u32| LoadKind::Patch {
+            pressure: 270.0,
+            centre: PatchCentre::At(Vec3::new(0.07 - 0.0015 * f64::from(k), 0.05, 0.0)),
+            radius: Some(0.037),
+            direction: -Vec3::y(),
+        };
+        let start = Instant::now();
+        for k in 0..FRAMES {
+            let load = Load { kind: kind(k), ramp: Ramp::default() };
+            liver.set_loads(vec![load]).map_err(|e| e.to_string())?;
+            liver.advance_to(f64::from(k + 1) * dt, &mut |_| true).map_err(|e| e.to_string())?;
+        }
+        let rate = f64::from(FRAMES) / start.elapsed().as_secs_f64();
+        let name = format!("creep: touched liver, {particles} particles, frames of 1/30 s");
+        rows.push(Row::at_least(name, rate, bound, "frames/s"));
+    }
     Ok(rows)
 }
 

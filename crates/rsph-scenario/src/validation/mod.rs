@@ -66,7 +66,7 @@ impl Row {
             name: name.into(),
             measured,
             reference: None,
-            bound: format!("<= {limit}"),
+            bound: format!("<= {}", plain(limit)),
             unit: unit.into(),
             pass: measured <= limit,
         }
@@ -141,4 +141,9 @@ pub fn run(
         }
     }
     Ok(rows)
+}
+
+/// A bound as one writes it: small ones as powers of ten.
+fn plain(limit: f64) -> String {
+    if limit != 0.0 && limit.abs() < 1e-3 { format!("{limit:e}") } else { format!("{limit}") }
 }
