@@ -128,3 +128,37 @@ def test_what_remeshing_can_not_be_is_refused():
     for wrong in ({"remesh_every": -1}, {"remesh_every": "sometimes"}, {"remesh_kernel": "m4"}):
         with pytest.raises(rsph.InputError, match="remesh"):
             cube(**wrong)
+
+
+def test_equilibrium_is_where_motion_ends():
+    still, moved = pulled(), pulled(integrator="sdirk2", tolerance=1e-3)
+    found = still.solve_static()
+    moved.run(until=3.0)
+    assert found.residual < 2e-6
+    assert 0 < found.iterations <= 20
+    np.testing.assert_allclose(found.load + found.reaction, 0.0, atol=1e-5)
+    rest, end = still.snapshot().displacement, moved.snapshot().displacement
+    np.testing.assert_allclose(end, rest, atol=1e-3 * np.abs(rest).max())
+    assert found.compliance == pytest.approx(still.probes()["extension"], rel=0.05)
+
+
+def test_integrators_agree_and_can_be_changed():
+    ends = []
+    for integrator in ("rk4", "sdirk2", "rkc2"):
+        sim = pulled()
+        sim.run(until=0.2, integrator=integrator, dt=None if integrator == "rk4" else 0.005)
+        ends.append(sim.probes()["extension"])
+    np.testing.assert_allclose(ends, ends[0], rtol=5e-3)
+
+
+def test_stiffness_is_symmetric_and_balances_the_load():
+    sim = pulled()
+    stiffness = sim.stiffness
+    size = 3 * sim.particles
+    assert stiffness.shape == (size, size)
+    rng = np.random.default_rng(1)
+    a, b = rng.standard_normal((2, size))
+    assert a @ (stiffness @ b) == pytest.approx(b @ (stiffness @ a), rel=1e-12)
+    found = sim.solve_static()
+    u = sim.snapshot().displacement.ravel()
+    assert u @ (stiffness @ u) == pytest.approx(found.compliance, rel=1e-5)
