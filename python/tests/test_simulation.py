@@ -51,7 +51,7 @@ def test_steps_and_times_are_counted(sim):
     sim.run(until=0.05)
     assert sim.time == 0.05
     assert sim.dt <= sim.dt_limit
-    assert sim.description.neighbours == 122
+    assert sim.description.neighbours == 26
     assert "125 particles" in repr(sim)
 
 

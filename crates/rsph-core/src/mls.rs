@@ -82,7 +82,7 @@ impl PointWeights {
     /// Spreads a force at each point over the particles, into `force` (component by component).
     pub fn spread(&self, point_force: &[Vec3], force: &mut [f64]) {
         let n = force.len() / 3;
-        for (i, f) in point_force.iter().enumerate() {
+        for (i, f) in point_force.iter().enumerate().filter(|(_, f)| f.norm_squared() > 0.0) {
             for &(a, w) in self.row(i) {
                 for c in 0..3 {
                     force[c * n + a as usize] += w * f[c];

@@ -156,6 +156,7 @@ fn loads_on_a_curved_organ_keep_force_and_moment() {
         face_depth: 3.3 * 1.25 * dx,
         face_tolerance: 0.01,
         tolerance: 1e-3 * dx,
+        skin: None,
     };
     let ramp = Ramp::default();
     let patch = LoadKind::Patch {

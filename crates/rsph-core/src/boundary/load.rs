@@ -4,7 +4,7 @@ use crate::boundary::body_force::body_force;
 use crate::boundary::flat_face::Face;
 use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::patch::Patch;
-use crate::boundary::surface_load::{SurfacePoint, graded_quadrature};
+use crate::boundary::surface_load::{Skin, SurfacePoint, graded_quadrature};
 use crate::boundary::tag::no_particle;
 use crate::error::InvalidInput;
 use crate::mls::PointWeights;
@@ -37,6 +37,13 @@ pub struct LoadedBody<'a> {
     pub face_tolerance: f64,
     /// Tolerance of regions (a length).
     pub tolerance: f64,
+    /// The surface's quadrature, if it is kept.
+    pub skin: Option<&'a Skin>,
+}
+
+/// Longest triangle edge of the surface quadrature at that spacing.
+pub fn quadrature_edge(spacing: f64) -> f64 {
+    RESOLUTION * spacing
 }
 
 /// The forces of every load; `weights` gives moving-least-squares weights at a list of points.
@@ -48,7 +55,7 @@ pub fn nodal_loads(
     body: &LoadedBody<'_>,
     weights: impl Fn(&[Vec3]) -> PointWeights,
 ) -> Result<Vec<NodalLoad>, InvalidInput> {
-    let edge = RESOLUTION * body.spacing;
+    let edge = quadrature_edge(body.spacing);
     let on_surface = |i: usize, points: &[SurfacePoint], traction: &dyn Fn(&SurfacePoint) -> Vec3| {
         let loaded: Vec<(Vec3, Vec3)> = points
             .iter()
@@ -100,6 +107,12 @@ pub fn nodal_loads(
                 }
                 LoadKind::Patch { pressure, centre, radius, direction } => {
                     let patch = Patch::on(body.shape.surface(), *pressure, centre, *radius, direction);
+                    if let Some(skin) = body.skin.filter(|s| patch.is_resolved_by(s.edge)) {
+                        let force = skin.force(body.mass.len(), &|p| patch.traction(p));
+                        if force.iter().any(|f| *f != 0.0) {
+                            return Ok(NodalLoad { force, ramp: load.ramp });
+                        }
+                    }
                     // A patch may be smaller than the particles.
                     let points = graded_quadrature(body.shape.surface(), &|corners, _| {
                         patch.resolution(edge, corners)

@@ -58,6 +58,11 @@ impl Patch {
         }
     }
 
+    /// Whether triangles with edges up to `edge` are fine enough for it.
+    pub fn is_resolved_by(&self, edge: f64) -> bool {
+        edge <= RESOLUTION * self.radius
+    }
+
     /// Longest edge of a quadrature triangle with these corners, no longer than `longest`.
     pub fn resolution(&self, longest: f64, corners: &[Vec3; 3]) -> f64 {
         let size = (corners[1] - corners[0]).norm().max((corners[2] - corners[0]).norm());

@@ -1,6 +1,7 @@
 //! Tractions on the surface of a body: quadrature over its triangles, scattered to the particles.
 
 use crate::mesh::TriangleMesh;
+use crate::mls::PointWeights;
 use crate::tensor::Vec3;
 
 /// A point of the quadrature over a surface.
@@ -12,6 +13,28 @@ pub struct SurfacePoint {
     pub normal: Vec3,
     /// Share of the area.
     pub area: f64,
+}
+
+/// The quadrature of a whole surface with the particles' weights at its points, kept where loads change
+/// often.
+#[derive(Clone, Debug)]
+pub struct Skin {
+    /// Longest edge of its triangles.
+    pub edge: f64,
+    /// Points.
+    pub points: Vec<SurfacePoint>,
+    /// Weights at the points.
+    pub weights: PointWeights,
+}
+
+impl Skin {
+    /// Forces on `particles` particles by a traction.
+    pub fn force(&self, particles: usize, traction: &dyn Fn(&SurfacePoint) -> Vec3) -> Vec<f64> {
+        let forces: Vec<Vec3> = self.points.iter().map(|p| traction(p) * p.area).collect();
+        let mut force = vec![0.0; 3 * particles];
+        self.weights.spread(&forces, &mut force);
+        force
+    }
 }
 
 /// Longest edge allowed in the triangle of these corners with this outward normal.

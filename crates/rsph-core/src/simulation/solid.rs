@@ -11,6 +11,7 @@ use super::remeshing::Relaid;
 use super::time_step::choose_pace;
 use crate::boundary::mirror::MirrorPlane;
 use crate::boundary::nodal_load::NodalLoad;
+use crate::boundary::surface_load::Skin;
 use crate::boundary::tag::{self, Cut, Holds};
 use crate::dynamics::Dynamics;
 use crate::dynamics::elastic::Elastic;
@@ -40,6 +41,8 @@ pub(super) struct Solid {
     matter: Matter,
     /// Gradient of the displacement (or the strain) at the last remesh.
     laid_at: Vec<Mat3>,
+    /// Once loads have been replaced.
+    skin: Option<Skin>,
     probes: Vec<TaggedProbe>,
     /// The reference positions that the probes' particles were found for.
     probed: Arc<Vec<f64>>,
@@ -100,7 +103,7 @@ impl Solid {
         let holds = tag::holds(&setup.boundaries, positions, dx, &solver, cut)?;
         check_walls(setup, &holds)?;
         let mut elastic = laid.elastic(setup, &undeformed.lattice, &holds, 0.0)?;
-        elastic.loads = laid.loads(setup, &elastic)?;
+        elastic.loads = laid.loads(setup, &elastic, None)?;
         let cloud = laid.cloud(dx);
         let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
         let probes = setup
@@ -154,6 +157,7 @@ impl Solid {
             laid_at: matter.gradient(&particles, 0.0),
             laid,
             matter,
+            skin: None,
             probes,
             probed: Arc::clone(&reference),
             surface: (surface_weights, reference),
@@ -178,7 +182,7 @@ impl Solid {
             time,
         )?;
         let (laid, mut elastic, mut new) = (anew.laid, anew.elastic, anew.particles);
-        elastic.loads = laid.loads(setup, &elastic)?;
+        elastic.loads = laid.loads(setup, &elastic, None)?;
         let (shape, restore) = (&*setup.shape, setup.remesh.restore_level_set);
         let level_set = if restore {
             let (nodes, undeformed) = &anew.around;
@@ -234,6 +238,7 @@ impl Model for Solid {
         let (relaid, laid, elastic) = self.lay(particles, moment.time).map_err(|e| failure(&e, moment))?;
         self.matter = Matter::new(&self.setup, elastic);
         self.laid = laid;
+        self.skin = None;
         self.laid_at = self.matter.gradient(&relaid.particles, moment.time);
         Ok(relaid)
     }
@@ -247,8 +252,11 @@ impl Model for Solid {
                 "take `formulation = \"adjoint\"`",
             ));
         };
+        if self.skin.is_none() && !self.setup.shape.is_box() {
+            self.skin = Some(self.laid.skin(&self.setup, self.body.grid.spacing));
+        }
         let before = std::mem::replace(&mut self.setup.loads, loads.to_vec());
-        match self.laid.loads(&self.setup, elastic) {
+        match self.laid.loads(&self.setup, elastic, self.skin.as_ref()) {
             Ok(loads) => elastic.loads = loads,
             Err(error) => {
                 self.setup.loads = before;

@@ -182,6 +182,7 @@ impl<const D: usize> LargeBody<D> {
             spacing: self.spacing,
             face_depth: FACE_DEPTH * self.dynamics.configuration.smoothing_length,
             face_tolerance: FACE_TOLERANCE,
+            skin: None,
             tolerance: 1e-3 * self.spacing,
         };
         let weights = |points: &[Vec3]| self.weights(Degree::Linear, points);

@@ -2,9 +2,10 @@
 //! the particles were in the undeformed body.
 
 use crate::boundary::flat_face;
-use crate::boundary::load::{LoadedBody, nodal_loads};
+use crate::boundary::load::{LoadedBody, nodal_loads, quadrature_edge};
 use crate::boundary::mirror::Mirror;
 use crate::boundary::nodal_load::NodalLoad;
+use crate::boundary::surface_load::{Skin, quadrature};
 use crate::boundary::tag::Holds;
 use crate::dynamics::elastic::Elastic;
 use crate::error::InvalidInput;
@@ -58,8 +59,18 @@ impl Laid {
     ///
     /// # Errors
     /// A load that acts on nothing.
-    pub fn loads(&self, setup: &Setup, elastic: &Elastic) -> Result<Vec<NodalLoad>, InvalidInput> {
-        let area = area_vectors(&elastic.lattice, &elastic.moments, &elastic.mirror, &elastic.stretch);
+    pub fn loads(
+        &self,
+        setup: &Setup,
+        elastic: &Elastic,
+        skin: Option<&Skin>,
+    ) -> Result<Vec<NodalLoad>, InvalidInput> {
+        // Only the faces of a box are loaded by them.
+        let area = if setup.shape.is_box() {
+            area_vectors(&elastic.lattice, &elastic.moments, &elastic.mirror, &elastic.stretch)
+        } else {
+            Vec::new()
+        };
         let spacing = elastic.lattice.spacing;
         let cloud = self.cloud(spacing);
         let loaded = LoadedBody {
@@ -71,8 +82,17 @@ impl Laid {
             face_depth: flat_face::DEPTH * elastic.lattice.smoothing_length,
             face_tolerance: flat_face::TOLERANCE,
             tolerance: 1e-3 * spacing,
+            skin,
         };
         nodal_loads(&setup.loads, &loaded, |points| PointWeights::new(&cloud, points))
+    }
+
+    /// The quadrature of the whole surface, for loads that change often.
+    pub fn skin(&self, setup: &Setup, spacing: f64) -> Skin {
+        let edge = quadrature_edge(spacing);
+        let points = quadrature(setup.shape.surface(), edge);
+        let x: Vec<Vec3> = points.iter().map(|p| p.x).collect();
+        Skin { edge, points, weights: PointWeights::new(&self.cloud(spacing), &x) }
     }
 
     /// The particles in the undeformed body, where points find them.
