@@ -6,7 +6,8 @@ use rsph_core::material::KelvinVoigt;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Initial, Load, LoadKind, Mechanics, Ramp, Remesh, Setup, Solver, TimeStep, Units,
+    Boundary, Initial, Integration, Load, LoadKind, Mechanics, Ramp, Remesh, Scheme, Setup, Solver, TimeStep,
+    Units,
 };
 use rsph_core::shape::BoxShape;
 use rsph_core::simulation::Simulation;
@@ -31,7 +32,7 @@ fn cube(n: usize, smoothing: f64) -> Simulation {
         remesh: Remesh::default(),
         solver: Solver { smoothing, ..Solver::default() },
         time_step: TimeStep::Auto,
-        integration: rsph_core::setup::Integration::default(),
+        integration: Integration { scheme: Scheme::Rk4, ..Integration::default() },
         allow_unstable: false,
         probes: Vec::new(),
     })
