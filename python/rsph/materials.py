@@ -6,7 +6,7 @@ and units, and :func:`model` makes any of them by name.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 from rsph import _rsph
 from rsph._scenario import check
@@ -64,7 +64,29 @@ class Material:
         return f"materials.model({self._model!r}{arguments})"
 
 
-class KelvinVoigt(Material):
+class _Viscoelastic(Material):
+    """An isotropic solid with Kelvin-Voigt damping, by the name of its model."""
+
+    _name: ClassVar[str]
+
+    def __init__(
+        self,
+        *,
+        density: float,
+        young_modulus: float,
+        poisson_ratio: float,
+        relaxation_time: float,
+    ) -> None:
+        super().__init__(
+            self._name,
+            density=density,
+            young_modulus=young_modulus,
+            poisson_ratio=poisson_ratio,
+            relaxation_time=relaxation_time,
+        )
+
+
+class KelvinVoigt(_Viscoelastic):
     """Linear elastic solid with Kelvin-Voigt damping, for small strain (Eq. 5 of the paper).
 
     Args:
@@ -74,24 +96,10 @@ class KelvinVoigt(Material):
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
     """
 
-    def __init__(
-        self,
-        *,
-        density: float,
-        young_modulus: float,
-        poisson_ratio: float,
-        relaxation_time: float,
-    ) -> None:
-        super().__init__(
-            "kelvin-voigt",
-            density=density,
-            young_modulus=young_modulus,
-            poisson_ratio=poisson_ratio,
-            relaxation_time=relaxation_time,
-        )
+    _name = "kelvin-voigt"
 
 
-class NeoHookean(Material):
+class NeoHookean(_Viscoelastic):
     """Compressible neo-Hookean solid with Kelvin-Voigt damping, for large strain and rotation.
 
     Args:
@@ -101,21 +109,7 @@ class NeoHookean(Material):
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
     """
 
-    def __init__(
-        self,
-        *,
-        density: float,
-        young_modulus: float,
-        poisson_ratio: float,
-        relaxation_time: float,
-    ) -> None:
-        super().__init__(
-            "neo-hookean",
-            density=density,
-            young_modulus=young_modulus,
-            poisson_ratio=poisson_ratio,
-            relaxation_time=relaxation_time,
-        )
+    _name = "neo-hookean"
 
 
 def model(name: str, **parameters: float) -> Material:
