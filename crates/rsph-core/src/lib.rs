@@ -36,5 +36,6 @@ pub mod solve;
 pub mod stability;
 pub mod surface;
 pub mod tensor;
+pub mod tiles;
 pub mod vector_field;
 mod watch;

@@ -50,8 +50,9 @@ impl Laid {
         let grid = Grid { origin, spacing: nodes.spacing, cells: size };
         let lattice = Lattice::new(&grid, &cells, setup.solver.smoothing);
         let positions: Vec<Vec3> = self.nodes.iter().map(|n| nodes.position(*n)).collect();
-        let mirror = Mirror::new(&lattice, &origin, &positions, holds.planes_at(time));
         let (fixed, material) = (holds.fixed(&self.undeformed)?, Arc::clone(&setup.material));
+        let body = |a: usize| fixed.apart.binary_search(&a).is_err();
+        let mirror = Mirror::new(&lattice, &positions, holds.planes_at(time), body);
         Ok(Elastic::new(lattice, &self.volume, mirror, fixed, material, setup.solver.hourglass))
     }
 
