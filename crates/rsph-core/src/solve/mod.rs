@@ -5,9 +5,12 @@
 pub mod blocks;
 pub mod cg;
 pub mod direct;
+pub mod galerkin;
 pub mod hexahedra;
+pub mod jacobi;
 pub mod level;
 pub mod multigrid;
+pub mod nodes;
 pub mod operator;
 pub mod rigid;
 pub mod spectrum;
