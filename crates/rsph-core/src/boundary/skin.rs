@@ -32,6 +32,9 @@ struct Cluster {
     inverse: Matrix4<f64>,
 }
 
+/// A panel and its corners, with the cell of its centre.
+type Sorted = ([i64; 3], (Panel, [Vec3; 3]));
+
 /// What a cluster's load does: a force W_a (A^T p(x_a)) on each particle, if there is any.
 type Pattern = Option<Matrix4x3<f64>>;
 
@@ -72,7 +75,7 @@ struct Shares {
 impl Skin {
     /// The skin `surface` of particles `spacing` apart.
     pub fn new(surface: &TriangleMesh, spacing: f64, carriers: &Carriers<'_>) -> Self {
-        let mut sorted: Vec<([i64; 3], (Panel, [Vec3; 3]))> = panels(surface, EDGE * spacing)
+        let mut sorted: Vec<Sorted> = panels(surface, EDGE * spacing)
             .into_par_iter()
             .map(|(panel, corners)| {
                 let cell = (panel.centre.x / (CLUSTER * spacing)).map(|x| x.floor() as i64);
