@@ -10,6 +10,7 @@ mod fsi_1d;
 mod kelvin_voigt_bar;
 mod large_strain;
 mod literal;
+mod modal;
 mod patch;
 mod remeshed;
 mod series;
