@@ -165,7 +165,8 @@ impl Mirror {
             starts.push(ghosts.len() as u32);
             debug_assert_eq!(starts.len(), a + 2);
         }
-        let folds = Folds::new(of_plane.into_iter().flatten().collect());
+        let of_plane: Vec<Fold> = of_plane.into_iter().flatten().collect();
+        let folds = Folds::new(&of_plane);
         Self { planes, folds, groups, starts, ghosts }
     }
 

@@ -18,24 +18,25 @@ pub struct Fold {
     pub sign: [f64; 3],
 }
 
-/// All folds of a lattice.
+/// All folds of a lattice, by axis, with their numbers, which count from 1.
 #[derive(Clone, Debug, Default)]
-pub struct Folds(Vec<Fold>);
+pub struct Folds([Vec<(usize, Fold)>; 3]);
 
 impl Folds {
     /// These, [`MAX_FOLDS`] at most.
-    pub fn new(folds: Vec<Fold>) -> Self {
+    pub fn new(folds: &[Fold]) -> Self {
         assert!(folds.len() <= MAX_FOLDS, "{} mirror planes on cell faces", folds.len());
-        Self(folds)
+        let numbered = || (1..).zip(folds.iter().copied());
+        Self(std::array::from_fn(|axis| numbered().filter(|(_, fold)| fold.axis == axis).collect()))
     }
 
     /// The cell whose image stands in `cell` along `axis`, and the number of the fold between them: the
     /// cell itself and 0 where there is none.
     #[inline(always)]
     pub fn source(&self, axis: usize, cell: isize) -> (isize, usize) {
-        for (f, fold) in self.0.iter().enumerate() {
-            if fold.axis == axis && (cell < fold.face) == fold.above {
-                return (2 * fold.face - 1 - cell, f + 1);
+        for (number, fold) in &self.0[axis] {
+            if (cell < fold.face) == fold.above {
+                return (2 * fold.face - 1 - cell, *number);
             }
         }
         (cell, 0)
@@ -44,8 +45,8 @@ impl Folds {
     /// Signs of the components by number of the fold.
     pub fn signs(&self) -> Signs {
         let mut signs = [[1.0; 3]; MAX_FOLDS + 1];
-        for (signs, fold) in signs[1..].iter_mut().zip(&self.0) {
-            *signs = fold.sign;
+        for (number, fold) in self.0.iter().flatten() {
+            signs[*number] = fold.sign;
         }
         signs
     }
@@ -53,7 +54,7 @@ impl Folds {
     /// The folds along x.
     #[inline(always)]
     pub fn along_x(&self) -> impl Iterator<Item = &Fold> {
-        self.0.iter().filter(|f| f.axis == 0)
+        self.0[0].iter().map(|(_, fold)| fold)
     }
 }
 

@@ -220,7 +220,7 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
                 if next + 1 < sources.end {
                     self.copy(z, next + 1, &mut lines[(next + 1 & 1) as usize]);
                 }
-                let first = next.rem_euclid(slots) as usize * slot_len;
+                let first = (next & (slots - 1)) as usize * slot_len;
                 let lines = &lines[(next & 1) as usize][..P::SOURCE.1];
                 passes.along_x(self.simd, lines, lane, &mut ring[first..first + slot_len]);
                 next += 1;
@@ -230,7 +230,7 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
                 let (source, fold) = self.source.folds.source(1, y + j);
                 let there = sources.contains(&source) && (y - reach..=y + reach).contains(&source);
                 rows.empty |= u32::from(!there) << (j + reach);
-                rows.slots[(j + reach) as usize] = (source.rem_euclid(slots) as usize * slot_len, fold);
+                rows.slots[(j + reach) as usize] = ((source & (slots - 1)) as usize * slot_len, fold);
             }
             let first = y as usize * out_len;
             passes.along_y(self.simd, &rows, &mut out[first..first + out_len]);

@@ -45,6 +45,11 @@ impl ConjugateGradients {
         &mut self.sums
     }
 
+    /// b - A x at the end of the last solve, as the iteration carries it.
+    pub fn residual(&self) -> &[f64] {
+        &self.r
+    }
+
     /// Improves `x` until `goal` is met; `b` must be zero in held
     /// components. `watch` sees (iteration, residual) and may stop the solve by returning false.
     pub fn solve(

@@ -12,6 +12,7 @@ pub mod level;
 pub mod multigrid;
 pub mod nodes;
 pub mod operator;
+pub mod recall;
 pub mod rigid;
 pub mod spectrum;
 pub mod stiff;

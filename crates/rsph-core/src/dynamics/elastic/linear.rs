@@ -75,6 +75,8 @@ struct LinearStress<'a> {
     moments: &'a [Moments],
     mirror: &'a Mirror,
     tangent: &'a Tangent,
+    /// Whether no shear strain goes with a normal stress or with another shear stress.
+    decoupled: bool,
     kappa: f64,
     spread: Spread<'a>,
     offset: &'a [Vec3],
@@ -148,10 +150,22 @@ impl Pointwise for LinearStress<'_> {
         ];
         // Eq. (5), times the volume.
         let mut sigma = [simd.splat_f64s(0.0); 6];
-        for (k, sigma) in sigma.iter_mut().enumerate() {
-            for (j, e) in strain.into_iter().enumerate() {
-                *sigma = simd.mul_add_e_f64s(simd.splat_f64s(self.tangent.0[k][j]), e, *sigma);
+        if self.decoupled {
+            for k in 0..3 {
+                for j in 0..3 {
+                    sigma[k] =
+                        simd.mul_add_e_f64s(simd.splat_f64s(self.tangent.0[k][j]), strain[j], sigma[k]);
+                }
+                sigma[k + 3] = simd.mul_f64s(simd.splat_f64s(self.tangent.0[k + 3][k + 3]), strain[k + 3]);
             }
+        } else {
+            for (k, sigma) in sigma.iter_mut().enumerate() {
+                for (j, e) in strain.into_iter().enumerate() {
+                    *sigma = simd.mul_add_e_f64s(simd.splat_f64s(self.tangent.0[k][j]), e, *sigma);
+                }
+            }
+        }
+        for sigma in &mut sigma {
             *sigma = simd.mul_f64s(*sigma, volume);
         }
         let stiff = simd.mul_f64s(simd.splat_f64s(self.kappa), volume);
@@ -190,6 +204,7 @@ impl Elastic {
             moments: &self.moments,
             mirror: &self.mirror,
             tangent,
+            decoupled: (0..6).all(|k| (0..6).all(|j| k == j || (k < 3 && j < 3) || tangent.0[k][j] == 0.0)),
             kappa: self.hourglass,
             spread: Spread { tiles: &self.lattice.tiles, q: &work.q, constants: &self.constants },
             offset: &work.offset,
