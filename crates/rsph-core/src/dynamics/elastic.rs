@@ -104,7 +104,7 @@ impl Elastic {
             mass: volume.iter().map(|v| v * material.density()).collect(),
             hourglass: hourglass_weight * material.p_wave_modulus(),
             tangent: material.linear(),
-            constants: Constants::new(&lattice.tiles, &moments, &mirror),
+            constants: Constants::new(&lattice, &moments, &mirror),
             lattice,
             moments,
             mirror,

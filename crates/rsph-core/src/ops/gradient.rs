@@ -138,6 +138,7 @@ impl<S: Simd> Taps<S> {
     #[inline(always)]
     pub fn new<T: Stencil>(simd: S, stencil: T, weights: &Weights, line: &Line, lane: usize) -> Self {
         let at = LANES + lane;
+        let line = &line.0;
         let center = load(simd, line, at);
         let (mut sum, mut difference) = ([center; MAX_REACH + 1], [center; MAX_REACH + 1]);
         for i in 1..=stencil.reach() {

@@ -14,7 +14,9 @@ use std::cell::RefCell;
 use std::ops::Range;
 
 /// A tile between its neighbours along x.
-pub type Line = [f64; 3 * LANES];
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub struct Line(pub [f64; 3 * LANES]);
 
 /// Most components that a pass reads, and results of a particle.
 const MAX_SOURCES: usize = 9;
@@ -212,7 +214,7 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
         let (slot_len, out_len) = (passes.along_x_len(), passes.along_y_len());
         let slots = self::ring(reach as usize) as isize;
         let mut next = sources.start;
-        let mut lines = [[[0.0; 3 * LANES]; MAX_SOURCES]; 2];
+        let mut lines = [[Line([0.0; 3 * LANES]); MAX_SOURCES]; 2];
         self.copy(z, next, &mut lines[(next & 1) as usize]);
         for y in written.clone() {
             while next < sources.end && next <= y + reach {
@@ -254,7 +256,7 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
         let (components, read) = P::SOURCE;
         let along = planes * rows * components;
         let first = ((self.column * planes + z as usize) * rows + y as usize) * components;
-        for (c, line) in lines.iter_mut().enumerate().take(read) {
+        for (c, Line(line)) in lines.iter_mut().enumerate().take(read) {
             let at = first + c;
             line[..LANES].copy_from_slice(if self.column > 0 {
                 &self.source.field[at - along].0
@@ -277,7 +279,7 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
                     continue;
                 }
                 let (to, from) = if fold.above { (below, above) } else { (above, below) };
-                for (c, line) in lines.iter_mut().enumerate().take(read) {
+                for (c, Line(line)) in lines.iter_mut().enumerate().take(read) {
                     line[to as usize] = P::source_sign(&fold.sign, c) * line[from as usize];
                 }
             }

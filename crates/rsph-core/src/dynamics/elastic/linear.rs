@@ -2,11 +2,12 @@
 
 use super::{Elastic, Spread};
 use crate::boundary::mirror::Mirror;
+use crate::lattice::Lattice;
 use crate::material::Tangent;
 use crate::moments::Moments;
 use crate::ops::{self, PAIR_COMPONENTS, Pointwise};
-use crate::tensor::Vec3;
-use crate::tiles::{LANES, Tile, Tiles};
+use crate::tensor::{Mat3, Vec3};
+use crate::tiles::{LANES, Tile};
 use pulp::Simd;
 
 /// Numbers of a particle that the sweep needs: V, the six of L (VTK order),
@@ -21,16 +22,56 @@ pub(super) struct Constants {
     values: Vec<Tile>,
     /// Tiles in which a particle sees a mirror ghost.
     near_wall: Vec<bool>,
+    /// Tiles of full cells with full neighbourhoods: first moments vanish there, and L is a number.
+    inside: Vec<bool>,
+    bulk: Bulk,
+}
+
+/// Constants of a particle whose cell and neighbourhood are full.
+#[derive(Clone, Copy, Debug)]
+struct Bulk {
+    volume: f64,
+    /// L = this times the unit tensor.
+    correction: f64,
+    /// sum V_b w / V.
+    zeroth: f64,
+}
+
+/// Share by which the constants of a full neighbourhood may differ from those of the lattice.
+const ROUNDING: f64 = 1e-12;
+
+impl Bulk {
+    fn new(lattice: &Lattice) -> Self {
+        Self {
+            volume: lattice.spacing.powi(3),
+            correction: 1.0 / lattice.full_moment,
+            zeroth: lattice.neighbours.iter().map(|n| n.w).sum(),
+        }
+    }
+
+    /// Whether the constants of a particle are these, to rounding.
+    fn fits(&self, m: &Moments, spacing: f64) -> bool {
+        let near = |value: f64, expected: f64| (value / expected - 1.0).abs() < ROUNDING;
+        let l = m.correction / self.correction;
+        near(m.volume, self.volume)
+            && near(m.zeroth, self.volume * self.zeroth)
+            && (l - Mat3::identity()).amax() < ROUNDING
+            && m.first.amax() < ROUNDING * m.zeroth * spacing
+    }
 }
 
 impl Constants {
     /// Of a body with these moments.
-    pub(super) fn new(tiles: &Tiles, moments: &[Moments], mirror: &Mirror) -> Self {
+    pub(super) fn new(lattice: &Lattice, moments: &[Moments], mirror: &Mirror) -> Self {
+        let tiles = &lattice.tiles;
+        let bulk = Bulk::new(lattice);
         let mut values = tiles.field(CONSTANTS);
         let mut near_wall = vec![false; tiles.len()];
+        let mut inside: Vec<bool> = (0..tiles.len()).map(|t| tiles.particles(t).1 == u8::MAX).collect();
         for (a, m) in moments.iter().enumerate() {
             let (t, lane) = tiles.place(a);
             near_wall[t] |= !mirror.ghosts_of(a).is_empty();
+            inside[t] &= bulk.fits(m, lattice.spacing);
             if m.volume <= 0.0 {
                 continue;
             }
@@ -53,7 +94,7 @@ impl Constants {
                 value.0[lane] = constant;
             }
         }
-        Self { values, near_wall }
+        Self { values, near_wall, inside, bulk }
     }
 
     /// V in the lanes of tile `t`.
@@ -114,31 +155,11 @@ impl LinearStress<'_> {
     }
 }
 
-impl Pointwise for LinearStress<'_> {
+// No closures in what follows: they would not inherit the instruction set.
+impl LinearStress<'_> {
+    /// V sigma of the gradient G, Eq. (5).
     #[inline(always)]
-    fn transform<S: Simd>(&self, simd: S, tile: usize, lane: usize, sums: &mut [S::f64s; PAIR_COMPONENTS]) {
-        // No closures here: they would not inherit the instruction set.
-        let mut constant = [simd.splat_f64s(0.0); CONSTANTS];
-        let values = &self.constants.values[tile * CONSTANTS..(tile + 1) * CONSTANTS];
-        for (constant, value) in constant.iter_mut().zip(values) {
-            *constant = ops::load(simd, &value.0, lane);
-        }
-        let [volume, l0, l1, l2, l3, l4, l5, first_x, first_y, first_z, zeroth] = constant;
-        let (l, first) = ([l0, l1, l2, l3, l4, l5], [first_x, first_y, first_z]);
-        for i in 0..3 {
-            let q = ops::load(simd, &self.spread.q[tile * 3 + i].0, lane);
-            for j in 0..3 {
-                sums[3 * i + j] = simd.negate_mul_add_e_f64s(q, first[j], sums[3 * i + j]);
-            }
-            sums[9 + i] = simd.negate_mul_add_e_f64s(q, zeroth, sums[9 + i]);
-        }
-        if self.lacking && self.constants.near_wall[tile] {
-            self.add_ghosts::<S>(tile, lane, sums);
-        }
-        let mut g = [[volume; 3]; 3]; // G = H L
-        for i in 0..3 {
-            g[i] = times(simd, [sums[3 * i], sums[3 * i + 1], sums[3 * i + 2]], &l);
-        }
+    fn stress<S: Simd>(&self, simd: S, g: &[[S::f64s; 3]; 3], volume: S::f64s) -> [S::f64s; 6] {
         let half = simd.splat_f64s(0.5);
         let strain = [
             g[0][0],
@@ -148,7 +169,6 @@ impl Pointwise for LinearStress<'_> {
             simd.mul_f64s(half, simd.add_f64s(g[1][2], g[2][1])),
             simd.mul_f64s(half, simd.add_f64s(g[0][2], g[2][0])),
         ];
-        // Eq. (5), times the volume.
         let mut sigma = [simd.splat_f64s(0.0); 6];
         if self.decoupled {
             for k in 0..3 {
@@ -168,6 +188,63 @@ impl Pointwise for LinearStress<'_> {
         for sigma in &mut sigma {
             *sigma = simd.mul_f64s(*sigma, volume);
         }
+        sigma
+    }
+
+    /// [`Pointwise::transform`] in a tile of full neighbourhoods.
+    #[inline(always)]
+    fn inside<S: Simd>(&self, simd: S, tile: usize, lane: usize, sums: &mut [S::f64s; PAIR_COMPONENTS]) {
+        let Bulk { volume, correction, zeroth } = self.constants.bulk;
+        let l = simd.splat_f64s(correction);
+        let mut g = [[l; 3]; 3]; // G = H L
+        for i in 0..3 {
+            for j in 0..3 {
+                g[i][j] = simd.mul_f64s(sums[3 * i + j], l);
+            }
+        }
+        let sigma = self.stress(simd, &g, simd.splat_f64s(volume * correction));
+        let stiff = simd.splat_f64s(self.kappa * volume);
+        let (twice, zeroth) = (simd.splat_f64s(2.0 * self.kappa * volume), simd.splat_f64s(zeroth));
+        for i in 0..3 {
+            for j in 0..3 {
+                sums[3 * i + j] = simd.negate_mul_add_e_f64s(stiff, g[i][j], sigma[SYM[i][j]]);
+            }
+            let q = ops::load(simd, &self.spread.q[tile * 3 + i].0, lane);
+            sums[9 + i] = simd.mul_f64s(twice, simd.negate_mul_add_e_f64s(q, zeroth, sums[9 + i]));
+        }
+    }
+}
+
+impl Pointwise for LinearStress<'_> {
+    #[inline(always)]
+    fn transform<S: Simd>(&self, simd: S, tile: usize, lane: usize, sums: &mut [S::f64s; PAIR_COMPONENTS]) {
+        let lacking = self.lacking && self.constants.near_wall[tile];
+        if self.constants.inside[tile] && !lacking {
+            self.inside(simd, tile, lane, sums);
+            return;
+        }
+        let mut constant = [simd.splat_f64s(0.0); CONSTANTS];
+        let values = &self.constants.values[tile * CONSTANTS..(tile + 1) * CONSTANTS];
+        for (constant, value) in constant.iter_mut().zip(values) {
+            *constant = ops::load(simd, &value.0, lane);
+        }
+        let [volume, l0, l1, l2, l3, l4, l5, first_x, first_y, first_z, zeroth] = constant;
+        let (l, first) = ([l0, l1, l2, l3, l4, l5], [first_x, first_y, first_z]);
+        for i in 0..3 {
+            let q = ops::load(simd, &self.spread.q[tile * 3 + i].0, lane);
+            for j in 0..3 {
+                sums[3 * i + j] = simd.negate_mul_add_e_f64s(q, first[j], sums[3 * i + j]);
+            }
+            sums[9 + i] = simd.negate_mul_add_e_f64s(q, zeroth, sums[9 + i]);
+        }
+        if lacking {
+            self.add_ghosts::<S>(tile, lane, sums);
+        }
+        let mut g = [[volume; 3]; 3]; // G = H L
+        for i in 0..3 {
+            g[i] = times(simd, [sums[3 * i], sums[3 * i + 1], sums[3 * i + 2]], &l);
+        }
+        let sigma = self.stress(simd, &g, volume);
         let stiff = simd.mul_f64s(simd.splat_f64s(self.kappa), volume);
         let twice = simd.add_f64s(stiff, stiff);
         for i in 0..3 {
