@@ -122,7 +122,7 @@ pub(super) fn run(quick: bool, folder: &Path) -> Result<Vec<Row>, String> {
     let (t, q) = bar.curve(BAR);
     figure.add(Curve::solid("bar", &t, q));
     let (t, q) = beam.curve(BEAM);
-    figure.add(Curve::dashed("beam", &t, q));
+    figure.add(Curve::marked("beam", &t, q));
     let (t, q) = damped.curve(BAR);
     figure.add(Curve::dashed("bar, damped", &t, q));
     figure.add(Curve::dotted("exact", &exact, &cosine));

@@ -91,7 +91,7 @@ fn list_of_missed(outcomes: &[Outcome]) -> String {
                 outcome.case.name,
                 escape(&row.name),
                 number(row.measured),
-                escape(&row.unit),
+                unit(row),
                 bound(row)
             );
         }
@@ -171,10 +171,15 @@ fn table(rows: &[Row]) -> String {
             row.reference.map_or_else(String::new, number),
             escape(row.paper.as_deref().unwrap_or_default()),
             bound(row),
-            escape(if row.unit == "1" { "" } else { &row.unit }),
+            unit(row),
         );
     }
     html + "</tbody></table></div>\n"
+}
+
+/// The unit; none for a mere number.
+fn unit(row: &Row) -> String {
+    if row.unit == "1" { String::new() } else { escape(&row.unit) }
 }
 
 fn bound(row: &Row) -> String {

@@ -1,6 +1,6 @@
 //! The README of a case as HTML. Links lose their targets and pictures go, as the page stands alone.
 
-use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd, html::push_html};
+use pulldown_cmark::{Event, HeadingLevel, Options, Parser, Tag, TagEnd, html::push_html};
 
 /// The first paragraph, and everything after it; the title is left out.
 pub(super) fn halves(text: &str) -> (String, String) {
@@ -27,6 +27,14 @@ pub(super) fn halves(text: &str) -> (String, String) {
         }
         !in_title && !in_picture
     });
+    // Headings rank below that of the case.
+    let events = events.map(|event| match event {
+        Event::Start(Tag::Heading { level: _, id, classes, attrs }) => {
+            Event::Start(Tag::Heading { level: HeadingLevel::H3, id, classes, attrs })
+        }
+        Event::End(TagEnd::Heading(_)) => Event::End(TagEnd::Heading(HeadingLevel::H3)),
+        other => other,
+    });
     let (mut lead, mut rest) = (Vec::new(), Vec::new());
     let mut first = true;
     for event in events {
@@ -49,10 +57,16 @@ mod tests {
     #[test]
     fn the_first_paragraph_stands_alone_without_title_links_and_pictures() {
         let (lead, rest) = halves(
-            "# Title\n\nFirst [link](x.md) of *all*.\n\n![a picture](p.png)\n\n| a | b |\n|---|---|\n| 1 | <b>2</b> |\n",
+            "# Title\n\nFirst [link](x.md) of *all*.\n\n## More\n\n![a picture](p.png)\n\n| a | b |\n|---|---|\n| 1 | <b>2</b> |\n",
         );
         assert_eq!(lead.trim(), "<p>First link of <em>all</em>.</p>");
-        assert!(rest.contains("<table>") && !rest.contains("p.png") && !rest.contains("<b>"), "{rest}");
+        assert!(
+            rest.contains("<table>")
+                && rest.contains("<h3>More</h3>")
+                && !rest.contains("p.png")
+                && !rest.contains("<b>"),
+            "{rest}"
+        );
         assert!(!rest.contains("a picture"));
     }
 }
