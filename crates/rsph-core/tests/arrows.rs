@@ -9,9 +9,9 @@ use tree::{SourceFile, crate_folder, read, root, sources};
 /// those beside it. A new module finds its place here and in ARCHITECTURE.md.
 const LAYERS: &[&[&str]] = &[
     &["tensor", "kernel", "tiles"],
-    &["error", "grid", "particles", "region", "neighbors", "vector_field"],
-    &["mesh", "material", "snapshot", "level_set", "flow", "fluid", "fit"],
-    &["marching_cubes", "remesh", "reconstruct"],
+    &["error", "grid", "particles", "region", "neighbors"],
+    &["mesh", "material", "snapshot", "level_set", "vector_field", "fluid", "fit"],
+    &["marching_cubes", "remesh", "reconstruct", "flow"],
     &["shape"],
     &["sample"],
     &["setup", "lattice"],

@@ -1,8 +1,9 @@
 //! A run's folder: particles and surface for ParaView and pyvista, probes as a table, a summary for
 //! scripts and a report for people.
 
-mod atomic;
+pub(crate) mod atomic;
 mod info;
+mod number;
 pub mod polydata;
 pub mod probes;
 pub mod report;
@@ -12,6 +13,7 @@ pub mod vtkhdf;
 pub mod vtp;
 
 pub use info::{Parameter, ProbeColumn, RunInfo};
+pub use number::number;
 
 use crate::sink::{Outcome, RunSink, SinkError};
 use polydata::PolyData;

@@ -14,10 +14,18 @@ pub(super) const TENSILE_KIDNEY: (&str, &str) =
     ("tensile_kidney.toml", include_str!("../../../../scenarios/tensile_kidney.toml"));
 pub(super) const LIVER_LOAD: (&str, &str) =
     ("liver_load.toml", include_str!("../../../../scenarios/liver_load.toml"));
+pub(super) const LIVER_LOAD_144: (&str, &str) =
+    ("liver_load_144.toml", include_str!("../../../../scenarios/liver_load_144.toml"));
+pub(super) const LIVER_LOAD_TRANSIENT: (&str, &str) =
+    ("liver_load_transient.toml", include_str!("../../../../scenarios/liver_load_transient.toml"));
 pub(super) const LIVER_VISIBLE_HUMAN: (&str, &str) =
     ("liver_visible_human.toml", include_str!("../../../../scenarios/liver_visible_human.toml"));
 pub(super) const HANGING_COLUMN: (&str, &str) =
     ("hanging_column.toml", include_str!("../../../../scenarios/hanging_column.toml"));
+pub(super) const OSCILLATING_BAR: (&str, &str) =
+    ("oscillating_bar.toml", include_str!("../../../../scenarios/oscillating_bar.toml"));
+pub(super) const OSCILLATING_BEAM: (&str, &str) =
+    ("oscillating_beam.toml", include_str!("../../../../scenarios/oscillating_beam.toml"));
 
 pub(super) const DEFORMATION: (&str, &str) =
     ("deformation.toml", include_str!("../../../../scenarios/deformation.toml"));

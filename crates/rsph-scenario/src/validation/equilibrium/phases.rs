@@ -2,7 +2,8 @@
 
 use super::super::Row;
 use super::super::case::{LIVER_VISIBLE_HUMAN, setup};
-use super::{COMPLIANCE, edits};
+use super::super::liver::COMPLIANCE;
+use super::accurate_liver;
 use rsph_core::grid::{Bounds, Grid};
 use rsph_core::mesh::TriangleMesh;
 use rsph_core::sample::Resolution;
@@ -68,7 +69,7 @@ impl Shape for Placed {
 pub(super) fn run(quick: bool) -> Result<Vec<Row>, String> {
     let mut error = Vec::new();
     for phase in PHASES.iter().take(if quick { 3 } else { PHASES.len() }) {
-        let (mut setup, until) = setup(LIVER_VISIBLE_HUMAN, &edits(PARTICLES))?;
+        let (mut setup, until) = setup(LIVER_VISIBLE_HUMAN, &accurate_liver(PARTICLES))?;
         let spacing = (setup.shape.volume() / PARTICLES as f64).cbrt();
         // A longer box by twice the phase moves its centre, and the lattice, by the phase.
         let more = 2.0 * spacing * Vec3::new(phase[0], 0.0, phase[1]);
