@@ -185,8 +185,8 @@ impl<K: Sum> WithSimd for Task<'_, K> {
     fn with_simd<S: Simd>(self, simd: S) {
         // h up to 0.8 dx, 1.26 dx, and beyond.
         match self.cut {
-            ..=3 => self.sum.run(simd, Fixed::<3>, self.block),
-            ..=9 => self.sum.run(simd, Fixed::<9>, self.block),
+            0..=3 => self.sum.run(simd, Fixed::<3>, self.block),
+            4..=9 => self.sum.run(simd, Fixed::<9>, self.block),
             cut => self.sum.run(simd, Any(cut), self.block),
         }
     }

@@ -220,7 +220,7 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
             while next < sources.end && next <= y + reach {
                 // A row ahead: what was just written is slow to read at other places.
                 if next + 1 < sources.end {
-                    self.copy(z, next + 1, &mut lines[(next + 1 & 1) as usize]);
+                    self.copy(z, next + 1, &mut lines[((next + 1) & 1) as usize]);
                 }
                 let first = (next & (slots - 1)) as usize * slot_len;
                 let lines = &lines[(next & 1) as usize][..P::SOURCE.1];

@@ -49,6 +49,7 @@ impl StiffSolver {
 
     /// Remembers up to `count` solutions, from which the next systems of the same scales start: what a body
     /// does in one time step resembles what it did in those before.
+    #[must_use]
     pub fn recalling(mut self, count: usize) -> Self {
         self.recall = Recall::new(count);
         self
