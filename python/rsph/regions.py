@@ -31,6 +31,9 @@ class Region:
     _table: Mapping[str, Any] | str
     _words: str
 
+    def _as_table(self) -> Mapping[str, Any] | str:
+        return self._table
+
     def __and__(self, other: Region) -> Region:
         return _combined("and", self, "&", other)
 

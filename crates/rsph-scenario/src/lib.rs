@@ -5,6 +5,7 @@ pub mod mesh_io;
 pub mod output;
 pub mod run;
 pub mod scenario;
+pub mod label_map;
 mod shape_of;
 pub mod sink;
 pub mod validation;
