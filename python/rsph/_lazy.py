@@ -11,7 +11,10 @@ from rsph.errors import Error
 if TYPE_CHECKING:
     from rsph.results import Results
 
-_COMPONENTS = {3: ("component", ["x", "y", "z"]), 6: ("tensor", "xx yy zz xy yz xz".split())}
+_COMPONENTS = {
+    3: ("component", ["x", "y", "z"]),
+    6: ("tensor", ["xx", "yy", "zz", "xy", "yz", "xz"]),
+}
 
 
 def dataset(results: Results) -> Any:
@@ -41,10 +44,12 @@ def dataset(results: Results) -> Any:
             if isinstance(frames, int | np.integer):
                 return results.field(self.name, int(frames))[rest]
             chosen = range(*frames.indices(len(results)))
-            values = [results.field(self.name, k)[rest] for k in chosen]
-            return np.stack(values) if values else np.empty((0, *self.shape[1:]))[(slice(None), *rest)]
+            if not chosen:
+                chosen_rest = (slice(None), *rest)
+                return np.empty((0, *self.shape[1:]))[chosen_rest]
+            return np.stack([results.field(self.name, k)[rest] for k in chosen])
 
-    variables = {}
+    variables: dict[str, Any] = {}
     coordinates: dict[str, Any] = {"time": results.times}
     for name, components in results.fields.items():
         dimensions: tuple[str, ...] = ("time", "point")

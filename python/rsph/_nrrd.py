@@ -34,9 +34,7 @@ def read_nrrd(
         raise Error("NRRD files need pynrrd; install it with `pip install rsph[nrrd]`") from e
 
     def refuse(problem: str, remedy: str) -> InputError:
-        return InputError(
-            f"{path}: {problem}", key="body.labelmap.path", value=path, remedy=remedy
-        )
+        return InputError(f"{path}: {problem}", key="body.labelmap.path", value=path, remedy=remedy)
 
     try:
         voxels, header = nrrd.read(path)

@@ -1,4 +1,4 @@
-"""The material of measured relaxation, as section 5.1 of the paper takes it from aspiration tests."""
+"""The material of measured relaxation, as section 5.1 of the paper takes it from experiments."""
 
 from __future__ import annotations
 
@@ -15,6 +15,11 @@ if TYPE_CHECKING:
     from rsph.materials import KelvinVoigt
 
 Array: TypeAlias = npt.NDArray[np.float64]
+
+
+# A measurement over fewer relaxation times, or a modulus with a larger relative error, is told of.
+_LONG_ENOUGH = 2.0
+_UNSURE = 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,9 +163,10 @@ def from_relaxation(
     slope[1::2], slope[2::2] = (tau - mean) / total, amplitudes / total
     modulus_error = float(np.sqrt(covariance[0, 0]))
     time_error = float(np.sqrt(slope @ covariance @ slope))
-    if not (np.isfinite(covariance).all() and modulus_error < 0.2 * abs(modulus) and modulus > 0.0):
+    seen = times[-1] > _LONG_ENOUGH * tau.max()
+    if not (np.isfinite(covariance).all() and modulus_error < _UNSURE * modulus and seen):
         warnings.warn(
-            f"the limit of the modulus is not known well, E = {modulus:.3g} +- {modulus_error:.2g}: "
+            f"the limit of the modulus is not known well, {modulus:.3g} +- {modulus_error:.2g}: "
             "the measurement is too short, or has more terms than it can tell apart",
             RsphWarning,
             stacklevel=2,
@@ -227,8 +233,8 @@ def _start(x: Array, y: Array, terms: int) -> list[float]:
     tail = max(1, len(y) // 10)
     end = float(y[-tail:].mean())
     drop = float(y[: max(1, tail // 2)].mean()) - end
-    passed = np.flatnonzero((y - end) < drop / np.e) if drop > 0.0 else []
-    time = max(float(x[passed[0]] - x[0]), 1e-3) if len(passed) else 0.2
+    passed = np.flatnonzero(y - end < np.exp(-1.0) * drop)
+    time = max(float(x[passed[0]] - x[0]), 1e-3) if drop > 0.0 and len(passed) else 0.2
     guess: list[Any] = [end]
     for k in range(terms):
         guess += [drop / terms, np.log(time * 4.0 ** (k - 0.5 * (terms - 1)))]

@@ -134,4 +134,3 @@ def models() -> list[Model]:
         Model(m["name"], m["doc"], tuple(Parameter(*p) for p in m["parameters"]))
         for m in _rsph.material_models()
     ]
-

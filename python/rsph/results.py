@@ -278,7 +278,7 @@ class Results(Sequence["ParticleFrame | Surface"]):
 
 
 class Run:
-    """The folder of a run; its files are read when they are asked for. Made by :func:`rsph.read`."""
+    """The folder of a run, whose files are read when they are asked for; see :func:`rsph.read`."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self._path = Path(path)

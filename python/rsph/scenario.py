@@ -82,9 +82,7 @@ class Scenario:
         return scenario
 
     @classmethod
-    def from_text(
-        cls, text: str, *, folder: str | os.PathLike[str] | None = None
-    ) -> Scenario:
+    def from_text(cls, text: str, *, folder: str | os.PathLike[str] | None = None) -> Scenario:
         """Reads a scenario from a text in TOML.
 
         Args:

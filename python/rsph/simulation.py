@@ -384,7 +384,9 @@ class Simulation:
         """
         if load is not None and not isinstance(load, Custom):
             load = Custom(load, on)
-        self._core.set_load(None if load is None else load._call, load is None or load.on == "surface")
+        self._core.set_load(
+            None if load is None else load._call, load is None or load.on == "surface"
+        )
 
     def add_probe(self, probe: Probe) -> None:
         """Adds a probe; the history has NaN for the time before.
@@ -517,9 +519,7 @@ class Simulation:
         )
 
 
-def _list(
-    values: Sequence[_T], kind: type[_T] | tuple[type[Any], ...], name: str
-) -> Sequence[_T]:
+def _list(values: Sequence[_T], kind: type[_T] | tuple[type[Any], ...], name: str) -> Sequence[_T]:
     if isinstance(values, kind):
         remedy = f"wrap it in brackets: {name}=[...]"
         raise InputError(f"`{name}`: needs a list", key=name, remedy=remedy)
@@ -529,9 +529,7 @@ def _list(
     return values
 
 
-def _check_types(
-    value: object, kind: type | tuple[type, ...], key: str, wanted: str
-) -> None:
+def _check_types(value: object, kind: type | tuple[type, ...], key: str, wanted: str) -> None:
     if not isinstance(value, kind):
         raise InputError(
             f"`{key}` = {value!r}: needs {wanted}",

@@ -8,6 +8,7 @@ import json
 import os
 import sys
 import time
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -99,7 +100,11 @@ def sweep(
         for values in itertools.product(*parameters.values())
     ]
     # A key that does not exist is a mistake of the sweep, not of a run.
-    base.changed(runs[0])
+    try:
+        base.changed(runs[0])
+    except InputError as e:
+        if "unknown key" in str(e):
+            raise
     folders = _folders(output, len(runs))
     tasks = list(zip([base] * len(runs), runs, folders, strict=True))
     rows: list[Row | None] = [None] * len(runs)
@@ -144,14 +149,10 @@ def _run(index: int, task: Task, threads: int | None) -> tuple[int, Row]:
 def _last_row(path: Path) -> dict[str, float]:
     with path.open(newline="", encoding="utf-8") as file:
         rows = csv.reader(file)
-        header, last = next(rows), None
-        for last in rows:
-            pass
-    values = last if last is not None else ["nan"] * len(header)
+        header, last = next(rows), deque(rows, maxlen=1)
+    values = last[0] if last else ["nan"] * len(header)
     return {
-        name: float(value)
-        for name, value in zip(header, values, strict=True)
-        if name != "time"
+        name: float(value) for name, value in zip(header, values, strict=True) if name != "time"
     }
 
 
@@ -197,9 +198,7 @@ def _by_joblib(jobs: int, tasks: list[Task]) -> Iterator[tuple[int, Row]]:
 def _on_dask(client: Any, tasks: list[Task]) -> Iterator[tuple[int, Row]]:
     from distributed import as_completed
 
-    futures = {
-        client.submit(_run, i, task, None, pure=False): i for i, task in enumerate(tasks)
-    }
+    futures = {client.submit(_run, i, task, None, pure=False): i for i, task in enumerate(tasks)}
     for future in as_completed(list(futures)):
         i = futures[future]
         if future.status == "finished":

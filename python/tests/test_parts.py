@@ -119,10 +119,17 @@ def test_everything_public_is_documented_and_exported():
         assert name.startswith("_") or member.__doc__, name
 
 
+def folder_error(path):
+    with pytest.raises(rsph.InputError) as e:
+        rsph.read(path)
+    return e.value
+
+
 def test_results_that_are_none_are_refused(tmp_path):
     for path in (tmp_path, tmp_path / "none.vtkhdf"):
         with pytest.raises(rsph.InputError):
             rsph.read(path)
+    assert "scenario.toml" in str(folder_error(tmp_path))
     text = tmp_path / "text.vtkhdf"
     text.write_text("no HDF5")
     with pytest.raises(rsph.InputError, match=r"text\.vtkhdf"):

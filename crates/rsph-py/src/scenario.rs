@@ -29,7 +29,10 @@ pub fn read_scenario(path: PathBuf) -> PyResult<String> {
 /// if it is none.
 #[pyfunction]
 pub fn scenario_text(source: Source) -> PyResult<String> {
-    Ok(loaded(source)?.as_run_anywhere())
+    let named = !source.0.is_empty();
+    let scenario = loaded(source)?;
+    scenario.check().map_err(|e| errors::scenario(&e, named))?;
+    Ok(scenario.as_run_anywhere())
 }
 
 /// The first probe of the scenario `text`.

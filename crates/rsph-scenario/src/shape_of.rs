@@ -13,7 +13,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// A shape, and what the user should know about it (one sentence each).
-type Found = (Arc<dyn Shape>, Vec<String>);
+pub type FoundShape = (Arc<dyn Shape>, Vec<String>);
 
 /// The shape of the body, and what the user should know about it (one sentence each). A relative
 /// path of a mesh or an image starts at `base_dir`.
@@ -25,7 +25,7 @@ pub fn shape_of(
     doc: &Document,
     body: &BodyTable,
     base_dir: &Path,
-) -> Result<Found, ScenarioError> {
+) -> Result<FoundShape, ScenarioError> {
     let place = KeyPath::from("body");
     match (&body.shape, &body.labelmap) {
         (Some(shape), None) => of_table(doc, shape, base_dir),
@@ -44,7 +44,7 @@ pub fn shape_of(
 }
 
 /// The body of a label in a segmented image.
-fn of_image(doc: &Document, image: &LabelMapTable, base_dir: &Path) -> Result<Found, ScenarioError> {
+fn of_image(doc: &Document, image: &LabelMapTable, base_dir: &Path) -> Result<FoundShape, ScenarioError> {
     let place = KeyPath::from("body.labelmap");
     if let Some(scale) = image.scale
         && scale <= 0.0
@@ -72,7 +72,7 @@ fn of_image(doc: &Document, image: &LabelMapTable, base_dir: &Path) -> Result<Fo
 }
 
 /// The shape that has words in a scenario.
-fn of_table(doc: &Document, shape: &ShapeTable, base_dir: &Path) -> Result<Found, ScenarioError> {
+fn of_table(doc: &Document, shape: &ShapeTable, base_dir: &Path) -> Result<FoundShape, ScenarioError> {
     let refused = |e| doc.invalid_input(&e);
     let plain = |shape: Arc<dyn Shape>| Ok((shape, Vec::new()));
     match shape {
