@@ -218,7 +218,7 @@ class Mask(Shape):
     """The body that voxels of an image show, with a smooth surface of the same volume.
 
     The voxels are blurred by a Gaussian as wide as a voxel, and the level that encloses their
-    volume is the surface; of an image with more than four million voxels around the body two or
+    volume is the surface; of an image with more than two million voxels around the body two or
     more are first made one.
 
     >>> import numpy as np

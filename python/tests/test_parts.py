@@ -148,6 +148,23 @@ def test_plots(tmp_path):
         axes = rsph.plot.surface(sim.surface(), field=field, exaggerate=20)
     axes.figure.savefig(tmp_path / "surface.png")
     assert (tmp_path / "surface.png").stat().st_size > 10_000
+    for view in ("x", "-x", "y", "-y", "z", "-z"):
+        drawn = rsph.plot.strain_map(sim.surface(), view=view, cmap="gray_r").collections[0]
+        # The side of the cube that is seen, and no other.
+        (low, high) = drawn.get_datalim(drawn.axes.transData).get_points()
+        assert np.prod(high - low) == pytest.approx(1.0, abs=0.1)
+        corners = np.array([p.vertices[:3] for p in drawn.get_paths()])
+        a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        area = 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+        assert area.min() > 0.0
+        assert area.sum() == pytest.approx(1.0, abs=0.1)
+    with pytest.raises(rsph.InputError, match="view"):
+        rsph.plot.strain_map(sim.surface(), view="front")
+    picture = rsph.plot.image(sim.surface(), size=(200, 150), path=tmp_path / "image.png")
+    assert picture.shape == (150, 200, 3)
+    assert picture.std() > 10
+    assert (tmp_path / "image.png").stat().st_size > 1000
+    assert rsph.plot.polydata(sim.surface())["stress"].shape[1] == 6
     line = rsph.Simulation.from_toml(ROOT / "scenarios" / "fsi_1d.toml")
     line.run(until=0.1)
     fluid, solid = rsph.plot.profile(line.snapshot()).get_lines()
