@@ -24,7 +24,8 @@ def history(
     """Plots probes over time.
 
     Args:
-        history: what ``Simulation.run`` or ``Simulation.history`` returns.
+        history: what ``Simulation.run`` or ``Simulation.history`` returns: arrays of shape (S,) by
+            name, ``"time"`` (s) first.
         probes: which of them; by default all.
         axes: matplotlib axes to draw on; by default new ones.
 

@@ -25,6 +25,7 @@ class Scenario:
     package may stand for the tables that they are.
 
     >>> import rsph
+    >>> bottom = rsph.regions.plane(axis="z", at=0.0, side="below")
     >>> top = rsph.regions.plane(axis="z", at=1.0, side="above")
     >>> scenario = rsph.Scenario(
     ...     {
@@ -33,7 +34,7 @@ class Scenario:
     ...         "material": rsph.materials.KelvinVoigt(
     ...             density=1.0, young_modulus=100.0, poisson_ratio=0.3, relaxation_time=0.2
     ...         ),
-    ...         "boundary": [rsph.boundaries.Clamp(region=~top)],
+    ...         "boundary": [rsph.boundaries.Clamp(region=bottom)],
     ...         "load": [rsph.loads.Traction(region=top, traction=(0, 0, 1))],
     ...         "time": {"until": 1.0},
     ...     }

@@ -502,9 +502,9 @@ class Simulation:
         return self._core.history()
 
     def conservation(self) -> dict[str, float | Array]:
-        """Mass (kg), momentum, energies (J), forces (N) and their errors at this moment.
+        """Mass (kg), momentum (kg m/s), energies (J), forces (N) and their errors at this moment.
 
-        Keys: ``mass``, ``momentum`` (3,), ``kinetic_energy``, ``elastic_energy``,
+        Keys: ``mass``, ``momentum`` of shape (3,), ``kinetic_energy``, ``elastic_energy``,
         ``external_work``, ``dissipated``, ``load`` (3,), ``reaction`` (3,), and the relative
         ``momentum_error`` and ``mass_error``; beside a fluid ``energy_error`` as well.
         """

@@ -1,0 +1,85 @@
+"""What is said about every public name, and that it is true."""
+
+import doctest
+import importlib
+import inspect
+import pkgutil
+import re
+
+import pytest
+
+import rsph
+
+MODULES = sorted(m.name for m in pkgutil.iter_modules(rsph.__path__) if m.name != "_rsph")
+# Fields and shapes of arrays, units of numbers.
+ARRAY = re.compile(r"Array|Vector|NDArray")
+SHAPE = re.compile(r"shape|\([A-Z][^)]*, ?[^)]*\)|any shape|as `|as :", re.DOTALL)
+UNIT = re.compile(
+    r"\((m|s|kg|N|J|Pa|rad|Hz|1)[ ),/^*]|\bpixels?\b|\bindices\b|\b[Nn]umber\b|units|dimensionless"
+    r"|\bas :meth:|\bStrain\b"
+)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_docstrings_run(name, monkeypatch):
+    module = importlib.import_module(f"rsph.{name}")
+    flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+    assert doctest.testmod(module, optionflags=flags).failed == 0
+
+
+def public():
+    """Every public name: where it is, what it is, and what is said about it."""
+    modules = [rsph, *(getattr(rsph, n) for n in rsph.__all__)]
+    modules = [m for m in modules if inspect.ismodule(m)] + [rsph.errors, rsph.results]
+    for module in {m.__name__: m for m in modules}.values():
+        yield module.__name__, module, module.__doc__
+        for name in module.__all__:
+            item = getattr(module, name)
+            if inspect.isfunction(item):
+                yield f"{module.__name__}.{name}", item, item.__doc__
+            if not inspect.isclass(item):
+                continue
+            yield f"{module.__name__}.{name}", item, item.__doc__
+            for key, member in vars(item).items():
+                if key.startswith("_"):
+                    continue
+                if isinstance(member, property):
+                    yield f"{module.__name__}.{name}.{key}", member.fget, member.__doc__
+                elif isinstance(member, classmethod | staticmethod):
+                    yield f"{module.__name__}.{name}.{key}", member.__func__, member.__doc__
+                elif inspect.isfunction(member):
+                    yield f"{module.__name__}.{name}.{key}", member, member.__doc__
+
+
+NAMES = {where: (item, said) for where, item, said in public()}
+
+
+def test_there_is_something_to_look_at():
+    assert len(NAMES) > 130
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_public_name_is_documented_with_shapes_and_units(name):
+    item, said = NAMES[name]
+    assert said, f"{name} has no docstring"
+    assert len(said) > 10
+    annotations = getattr(item, "__annotations__", {})
+    if inspect.isclass(item):
+        annotations = {
+            **annotations,
+            **{f"init {k}": v for k, v in getattr(item.__init__, "__annotations__", {}).items()},
+        }
+    arrays = [key for key, kind in annotations.items() if ARRAY.search(str(kind))]
+    if not arrays:
+        return
+    # What stands at a field of a class counts as well.
+    source = inspect.getsource(item) if inspect.isclass(item) else ""
+    fields = "".join(re.findall('""".*?"""', source, re.DOTALL))
+    assert SHAPE.search(said + fields), f"{name}: no shape for {arrays}"
+    assert UNIT.search(said + fields), f"{name}: no unit for {arrays}"
+    for key in arrays:
+        plain = key.removeprefix("init ")
+        if plain not in ("return", "self") and not key.startswith("_"):
+            assert re.search(rf"\b{re.escape(plain)}\b", said + source), (
+                f"{name}: nothing on {plain}"
+            )
