@@ -1,14 +1,19 @@
 """What is said about every public name, and that it is true."""
 
+import copy
 import doctest
 import importlib
 import inspect
 import pkgutil
 import re
 
+import nibabel
+import numpy as np
 import pytest
 
 import rsph
+
+from conftest import ROOT
 
 MODULES = sorted(m.name for m in pkgutil.iter_modules(rsph.__path__) if m.name != "_rsph")
 # Fields and shapes of arrays, units of numbers.
@@ -83,3 +88,34 @@ def test_every_public_name_is_documented_with_shapes_and_units(name):
             assert re.search(rf"\b{re.escape(plain)}\b", said + source), (
                 f"{name}: nothing on {plain}"
             )
+
+
+def blocks(path):
+    """The Python of a page."""
+    text = (ROOT / path).read_text()
+    return [block.split("```")[0] for block in text.split("```python\n")[1:]]
+
+
+def test_the_readme_and_the_guide_run(tmp_path, monkeypatch, capsys):
+    (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
+    ball = np.linalg.norm(np.indices((30, 30, 30)) - 14.5, axis=0) < 11.0
+    nibabel.save(nibabel.Nifti1Image(6 * ball.astype(np.int16), np.eye(4)), tmp_path / "s.nii.gz")
+    (tmp_path / "s.nii.gz").rename(tmp_path / "segmentation.nii.gz")
+    monkeypatch.chdir(tmp_path)
+    # What the pages leave to the reader, and smaller bodies.
+    names = {"np": np, "copy": copy, "rsph": rsph, "array": 6 * ball}
+    names["affine_in_metres"] = np.diag([1e-3, 1e-3, 1e-3, 1.0])
+    small = {"particles=1000": "particles=200", "particles=5000": "particles=200"}
+    small |= {'"body.particles": 5000': '"body.particles": 200, "time.until": 0.2'}
+    small |= {"until=1.0, every=0.1": "until=sim.time + 0.02, every=0.01"}
+    (readme,) = blocks("README.md")
+    guide = blocks("docs/guide/python.md")
+    assert len(guide) == 3
+    for block in [readme, *guide]:
+        for large, little in small.items():
+            block = block.replace(large, little)
+        exec(block, names)
+    assert names["run"].summary["status"] == "finished"
+    assert names["liver"].volume == pytest.approx(1e-9 * ball.sum(), rel=0.01)
+    assert names["other"].volume == pytest.approx(names["liver"].volume, rel=1e-6)
+    assert len(capsys.readouterr().out.split()) == 4
