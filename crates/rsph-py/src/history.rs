@@ -25,10 +25,8 @@ impl History {
             let before = std::mem::take(&mut self.columns);
             let missing = || vec![f64::NAN; self.time.len()];
             let known = |name: &String| before.iter().find(|(n, _)| n == name).map(|(_, v)| v.clone());
-            self.columns = readings
-                .iter()
-                .map(|r| (r.name.clone(), known(&r.name).unwrap_or_else(missing)))
-                .collect();
+            self.columns =
+                readings.iter().map(|r| (r.name.clone(), known(&r.name).unwrap_or_else(missing))).collect();
         }
         self.time.push(simulation.time());
         for ((_, values), reading) in self.columns.iter_mut().zip(readings) {

@@ -15,7 +15,8 @@ pub type Source = (String, String, PathBuf, Vec<String>);
 
 /// The scenario of a source.
 pub fn loaded((name, text, base_dir, sets): Source) -> PyResult<LoadedScenario> {
-    LoadedScenario::from_text(&name, text, base_dir, &sets).map_err(|e| errors::scenario(&e, !name.is_empty()))
+    LoadedScenario::from_text(&name, text, base_dir, &sets)
+        .map_err(|e| errors::scenario(&e, !name.is_empty()))
 }
 
 /// The text of a scenario file. Raises `rsph.InputError` if it can not be read or is none.

@@ -8,8 +8,7 @@ use rsph_core::error::InvalidInput;
 use rsph_core::mesh::TriangleMesh;
 use rsph_core::region::Axis;
 use rsph_core::shape::{
-    self as core, BoxShape, CylinderShape, DiscShape, MeshShape, Placement, RectangleShape, Run,
-    SphereShape,
+    self as core, BoxShape, CylinderShape, DiscShape, MeshShape, Placement, RectangleShape, Run, SphereShape,
 };
 use rsph_core::tensor::{Mat3, Vec3};
 use rsph_scenario::label_map::{Axes, read_label};

@@ -1,11 +1,11 @@
 //! Scenario files, the run loop and what surrounds a simulation.
 
+pub mod label_map;
 mod lower;
 pub mod mesh_io;
 pub mod output;
 pub mod run;
 pub mod scenario;
-pub mod label_map;
 mod shape_of;
 pub mod sink;
 pub mod validation;

@@ -21,11 +21,7 @@ pub type FoundShape = (Arc<dyn Shape>, Vec<String>);
 /// # Errors
 /// A size out of range, a mesh that can not be read or is no closed surface, or an image that can not be read
 /// or does not show the body.
-pub fn shape_of(
-    doc: &Document,
-    body: &BodyTable,
-    base_dir: &Path,
-) -> Result<FoundShape, ScenarioError> {
+pub fn shape_of(doc: &Document, body: &BodyTable, base_dir: &Path) -> Result<FoundShape, ScenarioError> {
     let place = KeyPath::from("body");
     match (&body.shape, &body.labelmap) {
         (Some(shape), None) => of_table(doc, shape, base_dir),

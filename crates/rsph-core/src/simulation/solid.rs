@@ -275,15 +275,7 @@ impl Model for Solid {
         let (positions, volume) = (&self.laid.undeformed, &self.laid.volume);
         let cloud = self.laid.cloud(dx);
         let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
-        self.probes.push(TaggedProbe::new(
-            index,
-            probe,
-            &*self.setup.shape,
-            positions,
-            volume,
-            dx,
-            weights,
-        )?);
+        self.probes.push(TaggedProbe::new(index, probe, &*self.setup.shape, positions, volume, dx, weights)?);
         self.setup.probes.push(probe.clone());
         Ok(())
     }

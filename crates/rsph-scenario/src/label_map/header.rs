@@ -70,6 +70,7 @@ impl Number {
     }
 
     /// The number that stands at the begin of `bytes`; not a number if there are too few.
+    #[allow(clippy::cast_lossless)] // one line for all types, some of which are wider than f64
     pub fn read(self, bytes: &[u8], big_endian: bool) -> f64 {
         macro_rules! number {
             ($type:ty) => {
@@ -223,7 +224,10 @@ fn voxels(dim: &[i64; 8]) -> Result<[usize; 3], Problem> {
     let along = |i: usize| if i as i64 <= count { dim[i] } else { 1 };
     if let Some(i) = (4..8).find(|&i| along(i) > 1) {
         return Err(Problem(
-            format!("has {} images along dimension {i}; a segmentation is one image of three dimensions", along(i)),
+            format!(
+                "has {} images along dimension {i}; a segmentation is one image of three dimensions",
+                along(i)
+            ),
             "save one of them, with numbers for the organs".into(),
         ));
     }

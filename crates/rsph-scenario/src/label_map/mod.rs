@@ -49,9 +49,7 @@ impl Labelled {
         let scale = scale.unwrap_or(self.metres);
         let turn = match axes {
             Axes::Image => Mat3::identity(),
-            Axes::Organ => {
-                Mat3::from_columns(&[-Vec3::x(), Vec3::z(), Vec3::y()])
-            }
+            Axes::Organ => Mat3::from_columns(&[-Vec3::x(), Vec3::z(), Vec3::y()]),
         };
         Placement { axes: turn * self.placement.axes * scale, origin: turn * self.placement.origin * scale }
     }

@@ -18,9 +18,7 @@ const GZIP: [u8; 2] = [0x1f, 0x8b];
 pub fn read(path: &Path, label: u32) -> Result<Labelled, Problem> {
     let unreadable = |e: &io::Error| {
         let remedy = match e.kind() {
-            io::ErrorKind::NotFound => {
-                "check the path; a relative one in a scenario starts beside its file"
-            }
+            io::ErrorKind::NotFound => "check the path; a relative one in a scenario starts beside its file",
             _ => "check the file and its permissions",
         };
         Problem(format!("cannot be read: {e}"), remedy.into())
@@ -65,7 +63,7 @@ fn voxels(stream: &mut dyn Read, length: Option<u64>, label: u32) -> Result<Labe
             let mut inside: Option<Run> = None;
             for (i, bytes) in row.chunks_exact(header.number.bytes()).enumerate() {
                 let value = slope * header.number.read(bytes, header.big_endian) + intercept;
-                if value.round() == f64::from(label) {
+                if (value - f64::from(label)).abs() < 0.5 {
                     inside.get_or_insert(Run { start: [i, j, k], length: 0 }).length += 1;
                     continue;
                 }
