@@ -199,3 +199,16 @@ def test_results_of_the_command_line_are_read(tmp_path):
     with pytest.raises(rsph.MissingFieldError, match="displacement"):
         last["temperature"]
     assert "3 frames from t = 0 to 0.02" in repr(particles)
+
+
+def test_the_extension_serves_every_python_and_every_processor():
+    from rsph import _rsph
+
+    assert ".abi3." in Path(_rsph.__file__).name
+    # Wide registers are found at run time; a flag for the build would ask for them everywhere.
+    told = [ROOT / "Cargo.toml", ROOT / "pyproject.toml", *ROOT.glob("crates/*/Cargo.toml")]
+    told += [*ROOT.glob("crates/*/build.rs"), *ROOT.glob(".cargo/*"), *ROOT.glob("*/.cargo/*")]
+    for path in told:
+        text = path.read_text()
+        assert "target-cpu" not in text, path
+        assert "target-feature" not in text, path
