@@ -40,7 +40,7 @@ pub fn interruptible<T: Send + 'static>(
                 Some((error, since)) if since.elapsed() > grace => return Err(error),
                 Some(waiting) => stopped = Some(waiting),
                 None => {
-                    if let Err(error) = Python::attach(|py| py.check_signals()) {
+                    if let Err(error) = Python::attach(signals) {
                         ask_to_stop();
                         stopped = Some((error, Instant::now()));
                     }
@@ -48,4 +48,9 @@ pub fn interruptible<T: Send + 'static>(
             }
         }
     })
+}
+
+/// Whether the user pressed Ctrl-C, as an error.
+fn signals(py: Python<'_>) -> PyResult<()> {
+    py.check_signals()
 }
