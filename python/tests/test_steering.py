@@ -30,6 +30,13 @@ def ball(**changes):
     return rsph.Simulation(**(values | changes))
 
 
+def meshed(**changes):
+    """A cube whose loads go by the triangles of its surface, which are coarse."""
+    box = rsph.shapes.Box(size=(1, 1, 1))
+    mesh = rsph.shapes.Mesh(vertices=box.vertices, triangles=box.triangles)
+    return ball(**({"shape": mesh, "spacing": 0.2} | changes))
+
+
 def inward(_, points):
     return -PRESSURE * points.areas[:, None] * points.normals
 
@@ -41,7 +48,7 @@ def same(a, b, tolerance):
     assert np.abs(u - v).max() <= tolerance * scale
 
 
-@pytest.mark.parametrize("options", [{}, {"remesh_every": 20, "spacing": 0.22}, {"large": True}])
+@pytest.mark.parametrize("options", [{}, {"remesh_every": 20}, {"large": True}])
 def test_a_pressure_by_a_function_is_the_pressure(options):
     options = dict(options)
     if options.pop("large", False):
@@ -49,13 +56,24 @@ def test_a_pressure_by_a_function_is_the_pressure(options):
             density=1.0, young_modulus=100.0, poisson_ratio=0.3, relaxation_time=0.2
         )
     everywhere = rsph.regions.everywhere
-    built_in = ball(loads=[rsph.loads.Pressure(region=everywhere, pressure=PRESSURE)], **options)
-    custom = ball(loads=[Custom(inward)], **options)
+    built_in = meshed(loads=[rsph.loads.Pressure(region=everywhere, pressure=PRESSURE)], **options)
+    custom = meshed(loads=[Custom(inward)], **options)
     for sim in (built_in, custom):
         sim.run(until=0.06)
         sim.step(3)
     assert custom.steps > 30
     same(built_in, custom, 1e-10)
+
+
+def test_a_fine_surface_has_fewer_points_and_nearly_the_same_forces():
+    everywhere = rsph.regions.everywhere
+    built_in = ball(loads=[rsph.loads.Pressure(region=everywhere, pressure=PRESSURE)])
+    custom = ball(loads=[Custom(inward)])
+    for sim in (built_in, custom):
+        sim.run(until=0.06)
+    same(built_in, custom, 0.01)
+    # A closed surface under equal pressure is not pushed anywhere.
+    np.testing.assert_allclose(custom.conservation()["load"], 0.0, atol=1e-12)
 
 
 def test_a_body_force_by_a_function_is_the_body_force():
@@ -115,7 +133,7 @@ def test_points_of_the_surface_cover_it():
     sim = ball(loads=[Custom(load)], initial_displacement=rsph.fields.Affine(gradient=np.eye(3)))
     sim.step()
     points = seen[0]
-    assert points.areas.sum() == pytest.approx(np.pi, rel=2e-3)
+    assert points.areas.sum() == pytest.approx(np.pi, rel=0.01)
     np.testing.assert_allclose(np.linalg.norm(points.normals, axis=1), 1.0, rtol=1e-12)
     # A linear displacement is exact on the surface.
     np.testing.assert_allclose(points.positions, 2.0 * points.reference, atol=1e-12)
@@ -293,7 +311,7 @@ def test_shapes_and_errors_are_pickled(shape):
 INTERRUPTED = {
     "run": "sim = cube(spacing=1 / 24, dt=1e-6); ready(); sim.run(until=100.0)",
     "step": "sim = cube(spacing=1 / 24, dt=1e-6); ready(); sim.step(10**9)",
-    "implicit": "sim = cube(spacing=0.05, integrator='sdirk2', dt=0.01); ready(); sim.run(until=1e5)",
+    "implicit": "sim = implicit(); ready(); sim.run(until=1e5)",
     "static": "sim = thin(); ready(); [sim.solve_static(time=float(k)) for k in range(10**6)]",
     "construction": "ready(); cube(spacing=1 / 90)",
     "scenario": "s = scenario(); ready(); s._run(None)",
@@ -316,6 +334,9 @@ def thin():
         loads=[rsph.loads.BodyForce(acceleration=(0, 0, 1), ramp=(0, 1e7))],
     )
 
+def implicit():
+    return cube(spacing=0.05, integrator="sdirk2", dt=0.01)
+
 def scenario():
     changes = {"time.until": 1e4, "time.integrator": "rk4", "output.every": 1e3}
     return rsph.Scenario.from_toml(ROOT / "scenarios/tensile_liver.toml", overrides=changes)
@@ -327,7 +348,8 @@ def ready():
 
 def seconds_until_interrupted(what):
     """Wall time (s) from SIGINT to KeyboardInterrupt in a process of its own."""
-    body = f"try:\n    {INTERRUPTED[what]}\nexcept KeyboardInterrupt:\n    print('stopped', flush=True)"
+    stopped = "except KeyboardInterrupt:\n    print('stopped', flush=True)"
+    body = f"try:\n    {INTERRUPTED[what]}\n{stopped}"
     process = subprocess.Popen(
         [sys.executable, "-P", "-c", f"{PRELUDE}\n{body}"],
         env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
