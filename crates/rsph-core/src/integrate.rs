@@ -8,6 +8,7 @@ use crate::dynamics::{Dynamics, ForceSums};
 use crate::error::FailureKind;
 use crate::particles::{Column, Field, Particles};
 use crate::tensor::Vec3;
+use dyn_clone::DynClone;
 use rayon::prelude::*;
 
 /// Values that one task works on.
@@ -50,7 +51,7 @@ pub struct Step {
 }
 
 /// A scheme of integration in time with its work space for one set of particles.
-pub trait Integrator: std::fmt::Debug + Send + Sync {
+pub trait Integrator: DynClone + std::fmt::Debug + Send + Sync {
     /// The forces at time `t`, without advancing.
     fn evaluate(&mut self, dynamics: &mut dyn Dynamics, particles: &Particles, t: f64) -> ForceSums;
 
@@ -66,6 +67,8 @@ pub trait Integrator: std::fmt::Debug + Send + Sync {
         dt: f64,
     ) -> Result<Step, (FailureKind, String)>;
 }
+
+dyn_clone::clone_trait_object!(Integrator);
 
 impl RungeKutta4 {
     /// Work space for `dynamics` on `particles`.

@@ -1,9 +1,11 @@
 //! The run loop: from frame to frame, with everything that is seen on the way handed to a sink.
 
 mod folder;
+mod memory;
 mod store;
 
 pub use folder::{FolderError, OutputFolder};
+pub use memory::{Remembered, run_in_memory};
 
 use crate::lower::Mode;
 use crate::scenario::{KeyPath, LoadedScenario, ScenarioError};

@@ -242,6 +242,10 @@ impl Dynamics for Elastic {
         Some(self)
     }
 
+    fn loads_mut(&mut self) -> Option<&mut Vec<NodalLoad>> {
+        Some(&mut self.loads)
+    }
+
     fn impose(&self, t: f64, particles: &mut Particles) -> Imposed {
         self.fixed.impose(t, &self.mass, particles)
     }

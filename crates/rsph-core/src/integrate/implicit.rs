@@ -30,7 +30,7 @@ pub enum Scheme {
 }
 
 /// An implicit scheme with its work space.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Implicit {
     scheme: Scheme,
     tolerance: f64,

@@ -21,7 +21,7 @@ use crate::mls::{Cloud, PointWeights};
 use crate::observe::{Reading, TaggedProbe};
 use crate::particles::{Column, Field, Particles};
 use crate::sample::{Body, sample};
-use crate::setup::{Formulation, Load, RemeshTrigger, Setup, VectorField};
+use crate::setup::{Formulation, Load, Probe, RemeshTrigger, Setup, VectorField};
 use crate::shape::Shape;
 use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
@@ -32,7 +32,7 @@ use lay::{LayError, Undeformed};
 use std::sync::Arc;
 
 /// A solid body.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Solid {
     setup: Setup,
     body: Body,
@@ -53,7 +53,7 @@ pub(super) struct Solid {
 }
 
 /// What moves the particles.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 enum Matter {
     Adjoint(Box<Elastic>),
     Paper(Box<Paper>),
@@ -261,6 +261,20 @@ impl Model for Solid {
                 return Err(error);
             }
         }
+        Ok(())
+    }
+
+    fn skin(&self) -> Option<Skin> {
+        Some(self.laid.skin(&*self.setup.shape, self.body.grid.spacing))
+    }
+
+    fn add_probe(&mut self, probe: &Probe) -> Result<(), InvalidInput> {
+        let (index, dx) = (self.setup.probes.len(), self.body.grid.spacing);
+        let (positions, volume) = (&self.laid.undeformed, &self.laid.volume);
+        let cloud = self.laid.cloud(dx);
+        let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
+        self.probes.push(TaggedProbe::new(index, probe, &*self.setup.shape, positions, volume, dx, weights)?);
+        self.setup.probes.push(probe.clone());
         Ok(())
     }
 

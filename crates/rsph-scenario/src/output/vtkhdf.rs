@@ -6,7 +6,7 @@
 mod reader;
 mod writer;
 
-pub use reader::{FieldInfo, FileInfo, describe, read_step};
+pub use reader::{FieldInfo, FileInfo, describe, read_field, read_step};
 pub use writer::VtkHdfWriter;
 
 use std::path::{Path, PathBuf};

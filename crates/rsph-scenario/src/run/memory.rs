@@ -1,0 +1,88 @@
+//! A run that leaves nothing on disk: its summary and its probes, for sweeps over many scenarios.
+
+use super::{Observer, RunError, RunStart, advance, check_steps, settle, store};
+use crate::lower::Mode;
+use crate::output::RunInfo;
+use crate::output::summary::Summary;
+use crate::scenario::LoadedScenario;
+use crate::sink::{Outcome, RunSink, SinkError};
+use rsph_core::simulation::{Conservation, Reading, Simulation};
+use rsph_core::snapshot::Snapshot;
+use rsph_core::surface::Surface;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+/// What is left of a run.
+#[derive(Clone, Debug)]
+pub struct Remembered {
+    /// What `summary.json` would say.
+    pub summary: Summary,
+    /// Columns of `probes.csv`, without `time`.
+    pub columns: Vec<String>,
+    /// Its last row; empty if there was no sample.
+    pub last: Vec<f64>,
+}
+
+/// Runs `scenario` and remembers its end.
+///
+/// # Errors
+/// As [`super::run_with`]. A simulation that fails is told by the summary.
+pub fn run_in_memory(
+    scenario: &LoadedScenario,
+    observer: &mut dyn Observer,
+    stop: &AtomicBool,
+) -> Result<(Remembered, Outcome), RunError> {
+    let job = scenario.lower()?;
+    let (mode, until, interval) = (job.mode, job.until, job.frame_interval);
+    let mut simulation = Simulation::new(job.setup).map_err(|e| scenario.document().invalid_input(&e))?;
+    if mode == Mode::Dynamic {
+        check_steps(scenario, until, simulation.description().dt)?;
+    }
+    let mut notes = job.notes;
+    notes.extend(simulation.description().notes.iter().cloned());
+    let start = RunStart { scenario, simulation: &simulation, folder: Path::new(""), notes: &notes };
+    let info = store::info(&start);
+    observer.started(simulation.description(), &notes);
+    let mut memory = Memory::default();
+    let outcome = match mode {
+        Mode::Dynamic => advance(&mut simulation, until, interval, &mut memory, observer, stop)?,
+        Mode::Static { steps } => settle(&mut simulation, until, steps, &mut memory, observer, stop)?,
+    };
+    Ok((memory.remembered(&info, &outcome), outcome))
+}
+
+/// Keeps the last of everything.
+#[derive(Debug, Default)]
+struct Memory {
+    readings: Vec<Reading>,
+    conservation: Conservation,
+    particles: usize,
+    frames: usize,
+}
+
+impl Memory {
+    fn remembered(self, info: &RunInfo, outcome: &Outcome) -> Remembered {
+        Remembered {
+            summary: Summary::new(info, outcome, &self.conservation, self.particles, self.frames),
+            columns: info.probes.iter().map(|c| c.name.clone()).collect(),
+            last: self.readings.iter().map(|r| r.value).collect(),
+        }
+    }
+}
+
+impl RunSink for Memory {
+    fn frame(&mut self, snapshot: &Snapshot, _: &Surface, now: &Conservation) -> Result<(), SinkError> {
+        (self.particles, self.conservation) = (snapshot.len(), *now);
+        self.frames += 1;
+        Ok(())
+    }
+
+    fn sample(&mut self, _: f64, readings: &[Reading], now: &Conservation) -> Result<(), SinkError> {
+        (self.readings, self.conservation) = (readings.to_vec(), *now);
+        Ok(())
+    }
+
+    fn finish(&mut self, _: &Outcome) -> Result<(), SinkError> {
+        Ok(())
+    }
+}
