@@ -246,9 +246,9 @@ mod tests {
             assert!(notes.is_empty(), "{notes:?}");
             let exact = 4.0 / 3.0 * std::f64::consts::PI;
             assert!((shape.volume() / exact - 1.0).abs() < 0.01, "{}", shape.volume() / exact);
-            // Within a third of the short edge of a voxel, although their steps are a long one.
+            // Within half of the long edge of a voxel: no more is known of where the surface passes between two.
             let worst = shape.surface().vertices.iter().map(|v| (v.norm() - 1.0).abs()).fold(0.0, f64::max);
-            assert!(worst < 0.02, "{worst}");
+            assert!(worst < 0.05, "{worst}");
             assert_eq!(shape.surface().genus(), Some(0));
         }
     }

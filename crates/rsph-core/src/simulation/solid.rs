@@ -40,7 +40,7 @@ pub(super) struct Solid {
     undeformed: Undeformed,
     laid: Laid,
     matter: Matter,
-    /// Gradient of the displacement (or the strain) at the last remesh.
+    /// Gradient of the displacement (or the strain) at the last remesh, where a strain since then decides.
     laid_at: Vec<Mat3>,
     /// Where loads act, once they have been replaced.
     skin: Option<Skin>,
@@ -70,6 +70,12 @@ impl Matter {
                 Self::Paper(Box::new(Paper::new(material, mass, dx, smoothing, fixed, loads)))
             }
         }
+    }
+
+    /// [`Self::gradient`] if remeshing goes by it, nothing otherwise.
+    fn gradient_for(&mut self, setup: &Setup, particles: &Particles, t: f64) -> Vec<Mat3> {
+        let wanted = setup.remesh.trigger == RemeshTrigger::Strain;
+        if wanted { self.gradient(particles, t) } else { Vec::new() }
     }
 
     /// Gradient of the displacement of every particle; in the paper's formulation its strain.
@@ -155,7 +161,7 @@ impl Solid {
             body,
             holds,
             undeformed,
-            laid_at: matter.gradient(&particles, 0.0),
+            laid_at: matter.gradient_for(setup, &particles, 0.0),
             laid,
             matter,
             skin: None,
@@ -240,7 +246,7 @@ impl Model for Solid {
         self.matter = Matter::new(&self.setup, elastic);
         self.laid = laid;
         self.skin = None;
-        self.laid_at = self.matter.gradient(&relaid.particles, moment.time);
+        self.laid_at = self.matter.gradient_for(&self.setup, &relaid.particles, moment.time);
         Ok(relaid)
     }
 
