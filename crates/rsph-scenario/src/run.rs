@@ -1,5 +1,6 @@
 //! The run loop: from frame to frame, with everything that is seen on the way handed to a sink.
 
+mod behind;
 mod folder;
 mod memory;
 mod store;

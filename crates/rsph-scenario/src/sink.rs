@@ -66,7 +66,7 @@ pub struct Outcome {
 }
 
 /// Receives the results of a run, in the order of time.
-pub trait RunSink {
+pub trait RunSink: Send {
     /// A frame: the first and the last moment, and one every `output.every`.
     ///
     /// # Errors

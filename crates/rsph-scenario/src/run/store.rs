@@ -1,6 +1,7 @@
 //! The sink of a run's folder: what the writers need to know, from the scenario and the simulation.
 
 use super::RunStart;
+use super::behind::Behind;
 use crate::output::{Parameter, ProbeColumn, RunInfo, RunWriters};
 use crate::scenario::{AxesName, LabelMapValue, LoadedScenario, ShapeTable};
 use crate::sink::{RunSink, SinkError};
@@ -10,7 +11,8 @@ use rsph_core::simulation::own_readings;
 
 /// Opens the files of a run's folder.
 pub fn open(start: &RunStart<'_>) -> Result<Box<dyn RunSink>, SinkError> {
-    Ok(Box::new(RunWriters::create(start.folder, info(start))?))
+    let writers = RunWriters::create(start.folder, info(start))?;
+    Ok(Box::new(Behind::new(start.folder, Box::new(writers))?))
 }
 
 /// What writers and summaries need to know.
