@@ -76,6 +76,12 @@ fn wall_offset(smoothing: f64) -> f64 {
     (0.25 + (smoothing - 0.8) / 0.45 * 0.15).clamp(0.2, 0.5)
 }
 
+/// How far before a plane with this normal particles are held, in spacings. The last of them in each row across the
+/// plane lies anywhere in the last cell before this distance; in the mean it lies where a wall is at the plane.
+fn reach_of_hold(normal: &Vec3, smoothing: f64) -> f64 {
+    wall_offset(smoothing) + 0.5 * normal.amax() / normal.norm()
+}
+
 /// An axis-aligned plane and the side of it that a boundary holds.
 #[derive(Clone, Copy, Debug)]
 struct Plane {
@@ -178,8 +184,10 @@ pub fn holds(
                 add_plane(&mut holds.planes, mirror, spacing, &key)?;
                 holds.apart.push(boundary.region.clone());
             } else {
-                tolerance = (wall_offset(solver.smoothing) + 0.5 - 1e-6) * spacing;
+                tolerance = (reach_of_hold(&Vec3::x(), solver.smoothing) - 1e-6) * spacing;
             }
+        } else if let Region::HalfSpace { normal, .. } = &boundary.region {
+            tolerance = reach_of_hold(normal, solver.smoothing) * spacing;
         }
         holds.regions.push(HeldRegion { key, region: boundary.region.clone(), tolerance, fix, motion });
     }
@@ -229,4 +237,45 @@ pub fn no_particle(key: &str, region: &Region, positions: &[Vec3]) -> InvalidInp
         ),
         "move or enlarge the region, or choose a smaller spacing",
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::Grid;
+
+    /// Rows of particles end at an oblique clamp where, in the mean, the last layer of a clamp along an axis does.
+    #[test]
+    fn an_oblique_clamp_holds_up_to_the_wall_that_it_acts_as() {
+        let (n, dx) = (24, 0.1);
+        let grid = Grid { origin: Vec3::repeat(-0.5 * n as f64 * dx), spacing: dx, cells: [n; 3] };
+        let positions: Vec<Vec3> =
+            (0..grid.len()).map(|q| grid.centre([q % n, q / n % n, q / n / n])).collect();
+        for smoothing in [0.8, 1.25] {
+            let solver = Solver { smoothing, ..Solver::ACCURATE };
+            for normal in
+                [Vec3::new(1.0, 2.17, 0.53), Vec3::new(-0.43, 0.31, -0.83), Vec3::new(0.71, 0.2, 0.66)]
+            {
+                let point = Vec3::new(0.013, -0.027, 0.041);
+                let region = Region::HalfSpace { point, normal };
+                let boundary = Boundary { region, fix: [true; 3], motion: None };
+                let held = holds(&[boundary], &positions, dx, &solver, Cut::Mirror)
+                    .and_then(|holds| holds.fixed(&positions))
+                    .unwrap();
+                // Along the axis that crosses the plane most steeply: its lattice coordinate is the row's.
+                let stride = n.pow(normal.iamax() as u32);
+                let mut last = vec![None::<f64>; positions.len()];
+                for p in &held.particles {
+                    let row = p.particle - p.particle / stride % n * stride;
+                    let beyond = (positions[p.particle] - point).dot(&normal.normalize()) / dx;
+                    last[row] = Some(last[row].map_or(beyond, |l| l.max(beyond)));
+                }
+                // Rows that the plane cuts well inside the body.
+                let ends: Vec<f64> = last.iter().flatten().copied().filter(|l| *l > -0.25).collect();
+                assert!(ends.len() > 150, "{} rows", ends.len());
+                let mean = ends.iter().sum::<f64>() / ends.len() as f64;
+                assert!((mean - wall_offset(smoothing)).abs() < 0.03, "{normal:?}: {mean}");
+            }
+        }
+    }
 }
