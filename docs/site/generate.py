@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from typing import Any
 
 import pages
@@ -14,6 +15,8 @@ VALIDATION = TARGET / "validate.json"
 REPORT = pages.ROOT / "validation" / "report.html"
 
 Schema = dict[str, Any]
+#: A unit as descriptions have it, `Pressure (Pa), ...`.
+UNIT = re.compile(r"\s\(((?:kg|m|s|Pa|Hz|rad|1)(?:[/^][a-z0-9^]+)?)\)")
 
 
 def page(uri: str) -> str:
@@ -60,7 +63,8 @@ def last_run() -> str:
             [
                 *lines,
                 "There was none when this site was built.",
-                "`rsph validate --json target/validate.json` runs it, and the next `./build-docs` shows its table here.",
+                "`rsph validate --json target/validate.json` runs it, and the next",
+                "`./build-docs` shows its table here.",
             ]
         )
     rows = json.loads(VALIDATION.read_text())
@@ -164,8 +168,8 @@ def alternative(form: Schema) -> list[str]:
 
 
 def table(part: Schema) -> list[str]:
-    """Key, type, default and meaning of the entries of a table."""
-    lines = ["| key | type | default | what |", "|---|---|---|---|"]
+    """Key, type, unit, default and meaning of the entries of a table."""
+    lines = ["| key | type | unit | default | what |", "|---|---|---|---|---|"]
     required = part.get("required", [])
     for key, entry in part["properties"].items():
         said = entry.get("description", "")
@@ -176,7 +180,13 @@ def table(part: Schema) -> list[str]:
             default = "required"
         elif not mark and entry.get("default") not in (None, ""):
             default = f"`{json.dumps(entry['default'])}`"
-        lines.append(table_row([f"`{key}`", kind(entry), default.rstrip(".\n "), sentence(said)]))
+        units = UNIT.findall(said)
+        if len(units) == 1:
+            said = UNIT.sub("", said)
+        unit = units[0] if len(units) == 1 else ""
+        lines.append(
+            table_row([f"`{key}`", kind(entry), unit, default.rstrip(".\n "), sentence(said)])
+        )
     return lines
 
 

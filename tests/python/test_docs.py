@@ -107,9 +107,9 @@ def test_keys_of_the_schema_become_tables() -> None:
         },
     }
     page = generate.keys(schema)
-    assert "| `body` | [Body](#body) | required | The body |" in page
-    assert "| `spacing` | number > 0 | from the number | Distance (m). |" in page
-    assert "| `centre` | 3 numbers |  |  |" in page
+    assert "| `body` | [Body](#body) |  | required | The body |" in page
+    assert "| `spacing` | number > 0 | m | from the number | Distance. |" in page
+    assert "| `centre` | 3 numbers |  |  |  |" in page
     assert '| `"above"` | upward |' in page
 
 
