@@ -3,8 +3,8 @@
 
     python3 benches/measure.py [--quick] [--no-peers] && python3 benches/plot.py
 
-Needs cargo, and for the other programs (benches/peers) python3.11 and a C compiler. `--quick` leaves
-out bodies of more than a million particles.
+Needs cargo, and for the other programs (benches/peers) python3.11 and a C compiler. `--quick`
+leaves out bodies of more than a million particles.
 """
 
 import argparse
@@ -104,7 +104,21 @@ def main() -> None:
     print(results["limits"])
     results["rates"] = []
     for count in sorted({1, threads}):
-        words = ["cube", "20", "37", "58", "liver", "50000", "sums", "20", "37", "58", "pairs", "37", "58"]
+        words = [
+            "cube",
+            "20",
+            "37",
+            "58",
+            "liver",
+            "50000",
+            "sums",
+            "20",
+            "37",
+            "58",
+            "pairs",
+            "37",
+            "58",
+        ]
         results["rates"].append(bench("rates", *words, threads=count))
         print(results["rates"][-1])
     sizes = [10_000, 30_000, 100_000, 300_000, 1_000_000]

@@ -65,5 +65,7 @@ def plain(neighbours: int) -> int:
 if __name__ == "__main__":
     for count, largest in CUTS.items():
         print(f"{count} neighbours: gradient {gradient(largest)}, adjoint {adjoint(largest)},")
-        print(f"  right-hand side {right_hand_side(count)} (neighbour by neighbour {plain(count)}),")
+        print(
+            f"  right-hand side {right_hand_side(count)} (neighbour by neighbour {plain(count)}),"
+        )
         print(f"  {BYTES} bytes from and to memory")

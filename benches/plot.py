@@ -53,7 +53,11 @@ def limits(results: dict) -> str:
     lim = results["limits"]
     at_best = rates(results, results["cores"])
     rows = [
-        ["multiply-adds in double precision", f"{lim['gfma_one']:.1f}", f"{lim['gfma_all']:.1f} G/s"],
+        [
+            "multiply-adds in double precision",
+            f"{lim['gfma_one']:.1f}",
+            f"{lim['gfma_all']:.1f} G/s",
+        ],
         ["STREAM triad", f"{lim['triad_gb_one']:.1f}", f"{lim['triad_gb_all']:.1f} GB/s"],
     ]
     text = table(["limit", "one thread", "all threads"], rows) + "\n\n"
@@ -67,7 +71,9 @@ def limits(results: dict) -> str:
         ]
         for name, key, count in kinds:
             share = body[key] * count / (lim["gfma_all"] * 1e9)
-            parts.append([f"{name}, {nb} neighbours", str(count), million(body[key]), f"{share:.0%}"])
+            parts.append(
+                [f"{name}, {nb} neighbours", str(count), million(body[key]), f"{share:.0%}"]
+            )
     head = ["58³ cube, all threads", "operations a particle", "M/s", "share of the issue limit"]
     return text + table(head, parts)
 
@@ -167,7 +173,9 @@ def growth(results: dict) -> None:
     left.set_title("Whole RK4 steps of the liver")
     left.legend()
     for key in ("rk4_122", "rk4_26", "static"):
-        points = [(r["particles"], r["bytes_per_particle"]) for r in results["program"] if r["run"] == key]
+        points = [
+            (r["particles"], r["bytes_per_particle"]) for r in results["program"] if r["run"] == key
+        ]
         right.loglog(*zip(*points, strict=True), "o-", label=key)
     right.set_xlabel("particles")
     right.set_ylabel("bytes a particle at the peak")
@@ -200,6 +208,8 @@ def main() -> None:
         "pieces": pieces(results),
         "growth": spread(results),
         "memory": program(results),
+        "roofline": "![Rates under the roof of bandwidth and arithmetic](images/roofline.png)",
+        "growth plot": "![Time and memory a particle by size](images/growth.png)",
     }
     if "peers" in results:
         texts["peers"] = peers(results)

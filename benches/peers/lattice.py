@@ -1,4 +1,4 @@
-"""The problem that every program gets: a cube of n^3 particles with 122 neighbours inside (h = 1.25 dx)."""
+"""The problem that every program gets: n^3 particles, 122 neighbours inside (h = 1.25 dx)."""
 
 import sys
 import time
@@ -26,7 +26,7 @@ def velocities(x):
 
 
 def neighbours():
-    """Compressed rows: starts (n^3 + 1), neighbours, and the weight -W'(r)/r of each pair (M5 spline)."""
+    """Compressed rows: starts, neighbours, and -W'(r)/r of each pair (M5 spline)."""
     cells = np.arange(-3, 4)
     k, j, i = (c.ravel() for c in np.meshgrid(cells, cells, cells, indexing="ij"))
     r = np.sqrt(i**2 + j**2 + k**2) * DX
@@ -40,9 +40,9 @@ def neighbours():
     b = ((bz * EDGE + by) * EDGE + bx)[there].astype(np.int32)
     h = 1.25 * DX
     s = r / h
-    slope = sum(
-        -4 * c * np.maximum(q - s, 0) ** 3 for c, q in [(1, 2.5), (-5, 1.5), (10, 0.5)]
-    ) / (20 * np.pi * h**4)
+    slope = sum(-4 * c * np.maximum(q - s, 0) ** 3 for c, q in [(1, 2.5), (-5, 1.5), (10, 0.5)]) / (
+        20 * np.pi * h**4
+    )
     weight = np.broadcast_to(-slope / r, there.shape)[there]
     return starts, b, weight
 

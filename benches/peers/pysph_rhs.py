@@ -1,4 +1,5 @@
-"""Velocity gradient, stress and its divergence in PySPH: OpenMP, double precision, cached neighbours."""
+# ruff: noqa: N803, RUF100 (names and words of PySPH)
+"""Velocity gradient, stress and its divergence in PySPH: OpenMP, cached neighbours."""
 
 import lattice
 import numpy as np
@@ -39,7 +40,9 @@ class VelocityGradient(Equation):
         trace = d_g[9 * d_idx] + d_g[9 * d_idx + 4] + d_g[9 * d_idx + 8]
         for i in range(3):
             for j in range(3):
-                d_s[9 * d_idx + 3 * i + j] = self.shear * (d_g[9 * d_idx + 3 * i + j] + d_g[9 * d_idx + 3 * j + i])
+                d_s[9 * d_idx + 3 * i + j] = self.shear * (
+                    d_g[9 * d_idx + 3 * i + j] + d_g[9 * d_idx + 3 * j + i]
+                )
             d_s[9 * d_idx + 4 * i] += self.lame * trace
 
 
@@ -55,14 +58,23 @@ class StressDivergence(Equation):
         i, j = declare("int", 2)  # noqa: F821
         for i in range(3):
             for j in range(3):
-                d_f[3 * d_idx + i] += s_V[s_idx] * (d_s[9 * d_idx + 3 * i + j] + s_s[9 * s_idx + 3 * i + j]) * DWIJ[j]
+                d_f[3 * d_idx + i] += (
+                    s_V[s_idx] * (d_s[9 * d_idx + 3 * i + j] + s_s[9 * s_idx + 3 * i + j]) * DWIJ[j]
+                )
 
 
 x = lattice.positions()
 v = lattice.velocities(x)
 # The cubic spline reaches two smoothing lengths.
 solid = get_particle_array(
-    name="solid", x=x[:, 0], y=x[:, 1], z=x[:, 2], u=v[:, 0], v=v[:, 1], w=v[:, 2], h=0.5 * lattice.REACH,
+    name="solid",
+    x=x[:, 0],
+    y=x[:, 1],
+    z=x[:, 2],
+    u=v[:, 0],
+    v=v[:, 1],
+    w=v[:, 2],
+    h=0.5 * lattice.REACH,
     V=np.full(len(x), lattice.VOLUME),
 )
 for name, stride in [("g", 9), ("s", 9), ("f", 3)]:

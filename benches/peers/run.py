@@ -18,9 +18,9 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 VENV = Path(os.environ.get("RSPH_PEERS", ROOT / "target" / "peers"))
-# PySPH compiles itself; it wants its own libraries there before.
+# PySPH compiles itself: it wants its own libraries there before, not NumPy 2 or Cython 0.29.
 PACKAGES = [
-    ["numpy<2", "cython<3", "setuptools<70", "wheel"],
+    ["numpy<2", "cython>=3,<3.1", "setuptools<70", "wheel"],
     ["taichi==1.7.4"],
     ["--no-build-isolation", "cyarray", "compyle"],
     ["--no-build-isolation", "pysph==1.0b2"],

@@ -4,7 +4,7 @@ use super::columns::{Columns, Packed, Quad, Source};
 use super::configuration::{Configuration, out_of_plane};
 use crate::material::FiniteStrain;
 use crate::tensor::{Mat3, Vec3};
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 /// Points that a thread takes at once.
@@ -27,15 +27,26 @@ pub struct Stressed<'a> {
 fn for_each<T: Send>(out: &mut [T], set: impl Fn(usize, &mut T) + Sync) {
     let arch = Arch::new();
     out.par_chunks_mut(CHUNK).enumerate().for_each(|(c, out)| {
-        arch.dispatch(
-            #[inline(always)]
-            || {
-                for (k, out) in out.iter_mut().enumerate() {
-                    set(c * CHUNK + k, out);
-                }
-            },
-        );
+        arch.dispatch(Chunk { first: c * CHUNK, out, set: &set });
     });
+}
+
+/// Some results. A closure in its place would not inherit the instruction set.
+struct Chunk<'a, T, F> {
+    first: usize,
+    out: &'a mut [T],
+    set: &'a F,
+}
+
+impl<T, F: Fn(usize, &mut T)> WithSimd for Chunk<'_, T, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for (k, out) in self.out.iter_mut().enumerate() {
+            (self.set)(self.first + k, out);
+        }
+    }
 }
 
 impl<const D: usize> Configuration<D> {
