@@ -1,62 +1,185 @@
-//! Particle updates a second: the right-hand side alone and whole RK4 time steps, on cubes whose
-//! particles have 122 neighbours (h = 1.25 dx). `cargo bench -p rsph-core`.
+//! How long the pieces of a simulation take: kernel sums, right-hand sides, time steps, remeshing, sampling,
+//! static solves and frames. `cargo bench -p rsph-core --bench throughput [filter]`; with `RSPH_LARGE=1` the
+//! static solve of a million particles too.
+//!
+//! An element of the throughput is a particle: of one sum, one right-hand side (of which a step of RK4 has
+//! four), one solve.
 
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use rsph_core::material::KelvinVoigt;
-use rsph_core::region::{Axis, Region, Side};
-use rsph_core::sample::Resolution;
-use rsph_core::setup::{
-    Boundary, Initial, Integration, Load, LoadKind, Mechanics, Ramp, Remesh, Scheme, Setup, Solver, TimeStep,
-    Units,
-};
-use rsph_core::shape::BoxShape;
+mod common;
+
+use common::cube;
+use common::cycle::Cycle;
+use common::irregular::Irregular;
+use common::liver::{FRAME, liver, press};
+use common::sums::Sums;
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
+use rsph_core::kernel::RemeshKernel;
+use rsph_core::particles::{Column, Field, Particles};
+use rsph_core::remesh::{NewVolume, NodeLattice, Remesher};
+use rsph_core::sample::{Resolution, sample};
+use rsph_core::setup::{Scheme, Solver};
+use rsph_core::shape::organ;
 use rsph_core::simulation::Simulation;
 use rsph_core::tensor::Vec3;
-use std::sync::Arc;
+use std::time::{Duration, Instant};
 
-/// The tensile cube of section 5.2 with n^3 particles.
-fn cube(n: usize, smoothing: f64) -> Simulation {
-    let face = |at, side| Region::Plane { axis: Axis::Z, at, side };
-    Simulation::new(Setup {
-        units: Units::Normalised,
-        shape: Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).expect("a unit cube")),
-        resolution: Resolution::Spacing(1.0 / n as f64),
-        material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).expect("liver")),
-        initial: Initial::default(),
-        boundaries: vec![Boundary { region: face(0.0, Side::Below), fix: [true; 3], motion: None }],
-        loads: vec![Load {
-            kind: LoadKind::Traction { region: face(1.0, Side::Above), traction: Vec3::z() },
-            ramp: Ramp::default(),
-        }],
-        mechanics: Mechanics::Solid,
-        remesh: Remesh::default(),
-        solver: Solver { smoothing, ..Solver::default() },
-        time_step: TimeStep::Auto,
-        integration: Integration { scheme: Scheme::Rk4, ..Integration::default() },
-        allow_unstable: false,
-        probes: Vec::new(),
-    })
-    .expect("a cube")
+/// Smoothing lengths in spacings: 122 neighbours and 26.
+const SMOOTHINGS: [f64; 2] = [1.25, 0.8];
+
+/// A group of short measurements.
+fn group<'a>(c: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, WallTime> {
+    let mut group = c.benchmark_group(name);
+    group.sample_size(10).warm_up_time(Duration::from_millis(200));
+    group.measurement_time(Duration::from_secs(1)).sampling_mode(SamplingMode::Flat);
+    group
 }
 
-fn throughput(c: &mut Criterion) {
-    let mut group = c.benchmark_group("updates");
-    group.sample_size(10);
-    for (n, smoothing) in [(20, 1.25), (37, 1.25), (58, 1.25), (37, 0.8)] {
-        let mut simulation = cube(n, smoothing);
-        let particles = simulation.description().particles as u64;
-        let name = format!("h = {smoothing} dx");
-        group.throughput(Throughput::Elements(particles));
-        group.bench_function(BenchmarkId::new(format!("right-hand side, {name}"), particles), |b| {
-            b.iter(|| simulation.evaluate());
-        });
-        group.throughput(Throughput::Elements(4 * particles));
-        group.bench_function(BenchmarkId::new(format!("RK4 step, {name}"), particles), |b| {
-            b.iter(|| simulation.step().expect("a stable step"));
+fn sums(c: &mut Criterion) {
+    let mut group = group(c, "sums");
+    for smoothing in SMOOTHINGS {
+        for n in [20, 37, 58_usize] {
+            let mut sums = Sums::new(n, smoothing);
+            group.throughput(Throughput::Elements(n.pow(3) as u64));
+            group
+                .bench_function(format!("gradient, cube {n}, h {smoothing}"), |b| b.iter(|| sums.gradient()));
+            group.bench_function(format!("adjoint, cube {n}, h {smoothing}"), |b| b.iter(|| sums.adjoint()));
+        }
+    }
+}
+
+fn steps(c: &mut Criterion) {
+    for smoothing in SMOOTHINGS {
+        for n in [20, 37, 58] {
+            measure_steps(c, &format!("cube {n}, h {smoothing}"), cube(n, smoothing));
+        }
+    }
+    for solver in [Solver::default(), Solver::ACCURATE] {
+        let name = format!("liver 50k, h {}", solver.smoothing);
+        measure_steps(c, &name, liver(50_000, solver, Scheme::Rk4));
+    }
+}
+
+/// The right-hand side and the whole step of RK4.
+fn measure_steps(c: &mut Criterion, name: &str, mut simulation: Simulation) {
+    let particles = simulation.description().particles as u64;
+    let mut group = group(c, "updates");
+    group.throughput(Throughput::Elements(particles));
+    group.bench_function(format!("right-hand side, {name}"), |b| b.iter(|| simulation.evaluate()));
+    group.throughput(Throughput::Elements(4 * particles));
+    group.bench_function(format!("RK4 step, {name}"), |b| {
+        b.iter(|| simulation.step().expect("a stable step"));
+    });
+}
+
+/// 47^3 particles off their nodes with eight columns: three vectors of which one is the place, and two scalars.
+fn remeshing(c: &mut Criterion) {
+    let n = 47_usize;
+    let spacing = 1.0 / n as f64;
+    let lattice = NodeLattice::<3> { origin: Vec3::zeros(), spacing };
+    let count = n.pow(3);
+    let positions: Vec<Vec3> = (0..count)
+        .map(|a| lattice.position([a % n, a / n % n, a / n / n].map(|i| i as i64)))
+        .map(|x| x + 0.3 * spacing * Vec3::new((9.0 * x.y).sin(), (7.0 * x.z).sin(), (8.0 * x.x).sin()))
+        .collect();
+    let mut particles = Particles::new(count);
+    let scalar = |value: f64| Column::from_vec(vec![value; count], count);
+    particles.set(Field::Reference, Column::from_vectors(&positions));
+    particles.set(Field::Velocity, Column::from_vectors(&positions));
+    particles.set(Field::Mass, scalar(lattice.cell_volume()));
+    particles.set(Field::Volume, scalar(lattice.cell_volume()));
+    let fields = [Field::Reference, Field::Velocity, Field::Mass];
+    let remesher = Remesher { kernel: RemeshKernel::M4Prime, lattice, volume: NewVolume::Conserved };
+    let keep = |_: &Vec3, values: &[f64]| values[6] > 0.5 * lattice.cell_volume();
+    let mut group = group(c, "set-up");
+    group.throughput(Throughput::Elements(count as u64));
+    group.bench_function("remesh, cube 47, 8 columns", |b| {
+        b.iter(|| remesher.remesh(&particles, &positions, &fields, &keep).expect("a lattice"));
+    });
+}
+
+fn sampling(c: &mut Criterion) {
+    let shape = organ("liver").expect("an organ");
+    let mut group = group(c, "set-up");
+    for particles in [50_000, 1_000_000] {
+        group.throughput(Throughput::Elements(particles as u64));
+        group.bench_function(format!("sample, liver {}k", particles / 1000), |b| {
+            b.iter(|| sample(&shape, Resolution::Particles(particles), &[]).expect("a body"));
         });
     }
-    group.finish();
 }
 
-criterion_group!(benches, throughput);
+/// The sums over neighbour pairs, gradient and its adjoint, without and with the hourglass term.
+fn irregular(c: &mut Criterion) {
+    let mut group = group(c, "irregular");
+    for n in [20, 37, 58_usize] {
+        let mut body = None;
+        group.throughput(Throughput::Elements(n.pow(3) as u64));
+        for (name, hourglass) in [("gradient and adjoint", 0.0), ("the same with hourglass", 0.2)] {
+            group.bench_function(format!("{name}, cube {n}"), |b| {
+                let body = body.get_or_insert_with(|| Irregular::new(n));
+                b.iter(|| body.update(hourglass));
+            });
+        }
+    }
+}
+
+/// The whole solve, hierarchy and all, from rest under one load to rest under the opposite one: from zero it
+/// would take the same iterations.
+fn statics(c: &mut Criterion) {
+    let mut group = group(c, "static");
+    let mut sizes = vec![20_000, 60_000];
+    if std::env::var_os("RSPH_LARGE").is_some() {
+        sizes.push(1_000_000);
+    }
+    for particles in sizes {
+        // Made only if the filter asks for it.
+        let (mut body, mut pressure) = (None, 270.0);
+        group.throughput(Throughput::Elements(particles as u64));
+        group.bench_function(format!("solve, liver {}k", particles / 1000), |b| {
+            let body = body.get_or_insert_with(|| liver(particles, Solver::ACCURATE, Scheme::Sdirk2));
+            b.iter_custom(|count| {
+                let mut spent = Duration::ZERO;
+                for _ in 0..count {
+                    pressure = -pressure;
+                    body.set_loads(vec![press(0, pressure)]).expect("a load on the surface");
+                    let start = Instant::now();
+                    body.solve_static(1.0, &mut |_, _| true).expect("equilibrium");
+                    spent += start.elapsed();
+                }
+                spent
+            });
+        });
+    }
+    let n = 37_usize;
+    let mut cycle = None;
+    group.throughput(Throughput::Elements(n.pow(3) as u64));
+    group.bench_function(format!("V-cycle, cube {n}"), |b| {
+        let cycle = cycle.get_or_insert_with(|| Cycle::new(n));
+        b.iter(|| cycle.run());
+    });
+}
+
+/// A frame of 1/30 s with SDIRK2 while the load moves.
+fn frames(c: &mut Criterion) {
+    let mut group = group(c, "frames");
+    for particles in [5_000, 20_000, 40_000] {
+        let (mut body, mut frame) = (None, 0);
+        group.bench_function(format!("touched liver {}k", particles / 1000), |b| {
+            let body = body.get_or_insert_with(|| liver(particles, Solver::ACCURATE, Scheme::Sdirk2));
+            b.iter_custom(|count| {
+                let start = Instant::now();
+                for _ in 0..count {
+                    frame += 1;
+                    body.set_loads(vec![press(frame, 270.0)]).expect("a load on the surface");
+                    let end = f64::from(frame) * FRAME;
+                    body.advance_to(end, &mut |_| true).expect("a frame");
+                }
+                start.elapsed()
+            });
+        });
+    }
+}
+
+criterion_group!(benches, sums, steps, irregular, remeshing, sampling, statics, frames);
 criterion_main!(benches);

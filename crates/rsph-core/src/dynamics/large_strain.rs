@@ -2,6 +2,7 @@
 //! the particles. The force is the exact derivative of a discrete energy of the positions.
 
 pub mod body;
+pub mod columns;
 pub mod configuration;
 pub mod equilibrium;
 pub mod ghosts;
@@ -15,6 +16,7 @@ use crate::error::InvalidInput;
 use crate::material::{FiniteStrain, Material};
 use crate::particles::{Column, Field, Particles};
 use crate::tensor::{Mat3, SymTensor, Vec3};
+use columns::Packed;
 use configuration::Configuration;
 use rayon::prelude::*;
 use std::cmp::Ordering;
@@ -60,6 +62,7 @@ struct Workspace {
     force: Vec<Vec3>,
     energy: Vec<f64>,
     load: Vec<f64>,
+    packed: Packed,
 }
 
 /// Positions and velocities of points.
@@ -100,6 +103,7 @@ impl<const D: usize> LargeStrain<D> {
             force: vec![zero; points],
             energy: vec![0.0; n],
             load: vec![0.0; 3 * n],
+            packed: Packed::default(),
         };
         let density = material.density();
         Ok(Self {
@@ -136,7 +140,7 @@ impl<const D: usize> LargeStrain<D> {
         let (c, w) = (&self.configuration, &mut self.work);
         w.x.iter_mut().take(c.len).enumerate().for_each(|(a, x)| *x = position(a));
         c.ghosts.mirror_positions(&c.nodes, &mut w.x);
-        c.deformation(&w.x, &mut w.f);
+        c.deformation(&w.x, &mut w.packed, &mut w.f);
     }
 
     /// Takes velocities of the particles, and with them the rates of the deformation gradients.
@@ -144,7 +148,7 @@ impl<const D: usize> LargeStrain<D> {
         let (c, w) = (&self.configuration, &mut self.work);
         w.v.iter_mut().take(c.len).enumerate().for_each(|(a, v)| *v = velocity(a));
         c.ghosts.mirror_velocities(&mut w.v);
-        c.gradients(&w.v, &mut w.f_rate);
+        c.gradients(&w.v, &mut w.packed, &mut w.f_rate);
     }
 
     /// Positions and velocities of all points, ghosts included, from those of the particles at time `t`, and
@@ -162,8 +166,8 @@ impl<const D: usize> LargeStrain<D> {
         let (c, w) = (&self.configuration, &mut self.work);
         let (field, gradient) = if viscous { (&w.effective, &w.f_effective) } else { (&w.x, &w.f) };
         let stressed = Stressed { piola: &w.piola, hourglass: self.hourglass, field, gradient };
-        c.pair_tensors(&stressed, &mut w.tensor);
-        c.forces(&stressed, &w.tensor, &mut w.force); // Eq. (12)
+        c.pair_tensors(&stressed, &mut w.packed, &mut w.tensor);
+        c.forces(&stressed, &w.tensor, &mut w.packed, &mut w.force); // Eq. (12)
         c.ghosts.fold_forces(&mut w.force)
     }
 
@@ -199,13 +203,13 @@ impl<const D: usize> LargeStrain<D> {
         let (c, w) = (&self.configuration, &mut self.work);
         w.v[..n].copy_from_slice(dx);
         c.ghosts.mirror_changes(&mut w.v);
-        c.gradients(&w.v, &mut w.f_rate);
+        c.gradients(&w.v, &mut w.packed, &mut w.f_rate);
         let stiff = |(p, (f, df)): (&mut Mat3, (&Mat3, &Mat3))| *p = law.tangent(f, df);
         w.piola.par_iter_mut().zip(w.f.par_iter().zip(&w.f_rate)).for_each(stiff);
         let stressed =
             Stressed { piola: &w.piola, hourglass: self.hourglass, field: &w.v, gradient: &w.f_rate };
-        c.pair_tensors(&stressed, &mut w.tensor);
-        c.forces(&stressed, &w.tensor, &mut w.force);
+        c.pair_tensors(&stressed, &mut w.packed, &mut w.tensor);
+        c.forces(&stressed, &w.tensor, &mut w.packed, &mut w.force);
         c.ghosts.fold_forces(&mut w.force);
         force.copy_from_slice(&w.force[..n]);
     }
@@ -216,8 +220,8 @@ impl<const D: usize> LargeStrain<D> {
         let (c, w) = (&self.configuration, &mut self.work);
         w.piola.fill(*p);
         let stressed = Stressed { piola: &w.piola, hourglass: 0.0, field: &w.x, gradient: &w.f };
-        c.pair_tensors(&stressed, &mut w.tensor);
-        c.forces(&stressed, &w.tensor, &mut w.force);
+        c.pair_tensors(&stressed, &mut w.packed, &mut w.tensor);
+        c.forces(&stressed, &w.tensor, &mut w.packed, &mut w.force);
         c.ghosts.fold_forces(&mut w.force);
         w.force[..c.len].iter().map(|f| -f).collect()
     }

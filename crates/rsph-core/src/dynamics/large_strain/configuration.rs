@@ -1,6 +1,7 @@
 //! What a remesh leaves behind for the steps that follow: points on a regular lattice, their neighbours, and
 //! the constants of the gradient.
 
+use super::columns::Packed;
 use super::ghosts::Ghosts;
 use crate::boundary::fixed::Fixed;
 use crate::kernel::QuarticSpline;
@@ -134,25 +135,18 @@ impl<const D: usize> Configuration<D> {
     fn take_first_gradient(&mut self) {
         let one = Mat3::identity();
         self.first_gradient.fill(one);
-        let g =
-            (0..self.len).into_par_iter().map(|a| self.gradient(a, &self.reference) + out_of_plane::<D>());
-        self.first_gradient = g.map(|g| g.try_inverse().unwrap_or_else(|| Mat3::repeat(f64::NAN))).collect();
+        let mut gradient = vec![one; self.len];
+        self.deformation(&self.reference, &mut Packed::default(), &mut gradient);
+        let inverse = |g: &Mat3| g.try_inverse().unwrap_or_else(|| Mat3::repeat(f64::NAN));
+        self.first_gradient = gradient.iter().map(inverse).collect();
         self.reference_volume =
             self.first_gradient.iter().zip(&self.volume).map(|(f, v)| v / f.determinant()).collect();
     }
 
-    /// Gradient of a field of points with respect to X at particle a: sum (z_b - z_a) (x) g_ab F_0, the
-    /// corrected gradient of Eqs. (10), (13).
+    /// w of the pairs of point a.
     #[inline(always)]
-    pub fn gradient(&self, a: usize, z: &[Vec3]) -> Mat3 {
-        let mut sum = Mat3::zeros();
-        let (xi_a, z_a) = (self.nodes[a], z[a]);
-        for q in self.pairs.numbers(a) {
-            let b = self.pairs.neighbour(q);
-            let vw_xi = (self.nodes[b] - xi_a) * (self.volume[b] * self.weight[q]);
-            sum += (z[b] - z_a) * vw_xi.transpose();
-        }
-        sum * self.correction[a] * self.first_gradient[a]
+    pub fn weights(&self, a: usize) -> &[f64] {
+        &self.weight[self.pairs.numbers(a)]
     }
 
     /// Particles whose neighbours do not span the space, so that they have no gradient.

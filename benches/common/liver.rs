@@ -1,0 +1,53 @@
+//! The analytic liver under a local load, as in `scenarios/liver_load.toml`.
+
+use rsph_core::material::KelvinVoigt;
+use rsph_core::region::{Axis, Region, Side};
+use rsph_core::sample::Resolution;
+use rsph_core::setup::{
+    Boundary, Initial, Integration, Load, LoadKind, Mechanics, PatchCentre, Ramp, Remesh, Scheme, Setup,
+    Solver, TimeStep, Units,
+};
+use rsph_core::shape::organ;
+use rsph_core::simulation::Simulation;
+use rsph_core::tensor::Vec3;
+use std::sync::Arc;
+
+/// Length of a frame of a moving load (s).
+pub const FRAME: f64 = 1.0 / 30.0;
+
+/// A liver of about that many particles.
+pub fn liver(particles: usize, solver: Solver, scheme: Scheme) -> Simulation {
+    let time_step = if scheme == Scheme::Sdirk2 { TimeStep::Fixed(FRAME) } else { TimeStep::Auto };
+    let held = Region::Plane { axis: Axis::Y, at: -0.05, side: Side::Below };
+    Simulation::new(Setup {
+        units: Units::Si,
+        shape: Arc::new(organ("liver").expect("an organ")),
+        resolution: Resolution::Particles(particles),
+        material: Arc::new(KelvinVoigt::new(1000.0, 1e5, 0.3, 0.2).expect("liver")),
+        initial: Initial::default(),
+        boundaries: vec![Boundary { region: held, fix: [true; 3], motion: None }],
+        loads: vec![press(0, 270.0)],
+        mechanics: Mechanics::Solid,
+        remesh: Remesh::default(),
+        solver,
+        time_step,
+        integration: Integration { scheme, ..Integration::default() },
+        allow_unstable: false,
+        probes: Vec::new(),
+    })
+    .expect("a liver")
+}
+
+/// The load of a frame: a finger with that pressure (Pa) that goes to and fro along the top.
+pub fn press(frame: u32, pressure: f64) -> Load {
+    let along = f64::from(30 - (frame % 60).abs_diff(30) as i32);
+    Load {
+        kind: LoadKind::Patch {
+            pressure,
+            centre: PatchCentre::At(Vec3::new(0.07 - 0.003 * along, 0.05, 0.0)),
+            radius: Some(0.037),
+            direction: -Vec3::y(),
+        },
+        ramp: Ramp::default(),
+    }
+}

@@ -1,0 +1,44 @@
+//! The bodies that benchmarks measure. Not every benchmark uses all of them.
+#![allow(dead_code)]
+
+pub mod cycle;
+pub mod irregular;
+pub mod liver;
+pub mod sums;
+
+use rsph_core::material::KelvinVoigt;
+use rsph_core::region::{Axis, Region, Side};
+use rsph_core::sample::Resolution;
+use rsph_core::setup::{
+    Boundary, Initial, Integration, Load, LoadKind, Mechanics, Ramp, Remesh, Scheme, Setup, Solver, TimeStep,
+    Units,
+};
+use rsph_core::shape::BoxShape;
+use rsph_core::simulation::Simulation;
+use rsph_core::tensor::Vec3;
+use std::sync::Arc;
+
+/// The tensile cube of section 5.2 with n^3 particles: clamped below, pulled above, RK4.
+pub fn cube(n: usize, smoothing: f64) -> Simulation {
+    let face = |at, side| Region::Plane { axis: Axis::Z, at, side };
+    Simulation::new(Setup {
+        units: Units::Normalised,
+        shape: Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).expect("a unit cube")),
+        resolution: Resolution::Spacing(1.0 / n as f64),
+        material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).expect("liver")),
+        initial: Initial::default(),
+        boundaries: vec![Boundary { region: face(0.0, Side::Below), fix: [true; 3], motion: None }],
+        loads: vec![Load {
+            kind: LoadKind::Traction { region: face(1.0, Side::Above), traction: Vec3::z() },
+            ramp: Ramp::default(),
+        }],
+        mechanics: Mechanics::Solid,
+        remesh: Remesh::default(),
+        solver: Solver { smoothing, ..Solver::default() },
+        time_step: TimeStep::Auto,
+        integration: Integration { scheme: Scheme::Rk4, ..Integration::default() },
+        allow_unstable: false,
+        probes: Vec::new(),
+    })
+    .expect("a cube")
+}
