@@ -21,6 +21,7 @@ impl WithSimd for Multiply {
     /// A number that depends on all of it, and the lanes of a vector.
     type Output = (f64, usize);
 
+    #[allow(clippy::inline_always)] // or it would not get the instruction set
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let factor = simd.splat_f64s(black_box(0.999_999));

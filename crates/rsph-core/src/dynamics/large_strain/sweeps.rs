@@ -73,7 +73,9 @@ impl<const D: usize> Configuration<D> {
     pub fn deformation(&self, x: &[Vec3], packed: &mut Packed, out: &mut [Mat3]) {
         self.gradients(x, packed, out);
         let out_of_plane = out_of_plane::<D>();
-        out.iter_mut().for_each(|g| *g += out_of_plane);
+        for g in out.iter_mut() {
+            *g += out_of_plane;
+        }
     }
 
     /// Energy of each particle, that of the hourglass term included: m/rho_0 W(F) +
