@@ -46,7 +46,9 @@ impl Row {
     /// Right-hand sides and RK4 steps of a body with that many neighbours.
     fn add_steps(&mut self, neighbours: usize, mut body: Simulation) {
         let particles = body.description().particles as f64;
-        self.add("particles", particles);
+        if self.0.len() == 1 {
+            self.add("particles", particles);
+        }
         self.add(&format!("right_hand_side_{neighbours}"), particles / best(|| _ = body.evaluate()));
         let step = best(|| body.step().expect("a stable step"));
         self.add(&format!("rk4_{neighbours}"), 4.0 * particles / step);

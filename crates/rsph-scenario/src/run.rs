@@ -1,14 +1,14 @@
 //! The run loop: from frame to frame, with everything that is seen on the way handed to a sink.
 
-mod behind;
 mod folder;
 mod memory;
 mod store;
+mod writer_thread;
 
 pub use folder::{FolderError, OutputFolder};
 pub use memory::{Remembered, run_in_memory};
 
-use crate::lower::Mode;
+use crate::lower::{Job, Mode};
 use crate::scenario::{KeyPath, LoadedScenario, ScenarioError};
 use crate::sink::{Outcome, RunSink, SinkError, Status};
 use rsph_core::simulation::{Description, Simulation};
@@ -133,22 +133,49 @@ pub fn run_with(
     if let Some(file) = scenario.file() {
         output.spare(file)?;
     }
-    let job = scenario.lower()?;
-    let (mode, until, interval) = (job.mode, job.until, job.frame_interval);
-    let mut simulation = Simulation::new(job.setup).map_err(|e| scenario.document().invalid_input(&e))?;
-    if mode == Mode::Dynamic {
-        check_steps(scenario, until, simulation.description().dt)?;
+    let ready = Ready::new(scenario)?;
+    let mut sink = make_sink(&ready.start(scenario, output.claim()?))?;
+    Ok(ready.run(sink.as_mut(), observer, stop)?)
+}
+
+/// A run that can begin.
+struct Ready {
+    simulation: Simulation,
+    mode: Mode,
+    until: f64,
+    interval: f64,
+    notes: Vec<String>,
+}
+
+impl Ready {
+    fn new(scenario: &LoadedScenario) -> Result<Self, ScenarioError> {
+        let Job { setup, mode, until, frame_interval, mut notes } = scenario.lower()?;
+        let simulation = Simulation::new(setup).map_err(|e| scenario.document().invalid_input(&e))?;
+        if mode == Mode::Dynamic {
+            check_steps(scenario, until, simulation.description().dt)?;
+        }
+        notes.extend(simulation.description().notes.iter().cloned());
+        Ok(Self { simulation, mode, until, interval: frame_interval, notes })
     }
-    let mut notes = job.notes;
-    notes.extend(simulation.description().notes.iter().cloned());
-    let folder = output.claim()?;
-    let start = RunStart { scenario, simulation: &simulation, folder, notes: &notes };
-    let mut sink = make_sink(&start)?;
-    observer.started(simulation.description(), &notes);
-    Ok(match mode {
-        Mode::Dynamic => advance(&mut simulation, until, interval, sink.as_mut(), observer, stop)?,
-        Mode::Static { steps } => settle(&mut simulation, until, steps, sink.as_mut(), observer, stop)?,
-    })
+
+    /// What a sink needs to know.
+    fn start<'a>(&'a self, scenario: &'a LoadedScenario, folder: &'a Path) -> RunStart<'a> {
+        RunStart { scenario, simulation: &self.simulation, folder, notes: &self.notes }
+    }
+
+    fn run(
+        mut self,
+        sink: &mut dyn RunSink,
+        observer: &mut dyn Observer,
+        stop: &AtomicBool,
+    ) -> Result<Outcome, SinkError> {
+        observer.started(self.simulation.description(), &self.notes);
+        let simulation = &mut self.simulation;
+        match self.mode {
+            Mode::Dynamic => advance(simulation, self.until, self.interval, sink, observer, stop),
+            Mode::Static { steps } => settle(simulation, self.until, steps, sink, observer, stop),
+        }
+    }
 }
 
 /// Refuses a run that nobody will see the end of.

@@ -25,31 +25,16 @@ const ALONG_X: usize = 3;
 /// multiplied with.
 const KEPT: usize = 2;
 
-impl<T: Stencil> Adjoint<'_, T> {
-    #[inline(always)]
-    fn slot_len(&self) -> usize {
-        ALONG_X * (self.stencil.cut() + 1)
-    }
-}
-
 impl<S: Simd, T: Stencil> Passes<S> for Adjoint<'_, T> {
     type Stencil = T;
     const SOURCE: (usize, usize) = (PAIR_COMPONENTS, 9);
     const SUMS: usize = 3;
+    const ALONG_X: usize = ALONG_X;
+    const ALONG_Y: usize = KEPT;
 
     #[inline(always)]
     fn stencil(&self) -> T {
         self.stencil
-    }
-
-    #[inline(always)]
-    fn along_x_len(&self) -> usize {
-        3 * self.slot_len()
-    }
-
-    #[inline(always)]
-    fn along_y_len(&self) -> usize {
-        3 * KEPT * (self.stencil.reach() + 1)
     }
 
     #[inline(always)]
@@ -61,7 +46,9 @@ impl<S: Simd, T: Stencil> Passes<S> for Adjoint<'_, T> {
     #[inline(always)]
     fn along_x(&self, simd: S, lines: &[Line], lane: usize, out: &mut [S::f64s]) {
         let (stencil, weights) = (self.stencil, self.weights);
-        for (lines, out) in lines.chunks_exact(3).zip(out.chunks_exact_mut(self.slot_len())) {
+        for (lines, out) in
+            lines.chunks_exact(3).zip(out.chunks_exact_mut(<Self as Passes<S>>::slot_len(self)))
+        {
             let taps = Taps::new(simd, stencil, weights, &lines[0], lane);
             for_each_square_sum(
                 stencil,
@@ -90,11 +77,12 @@ impl<S: Simd, T: Stencil> Passes<S> for Adjoint<'_, T> {
     #[inline(always)]
     fn along_y(&self, simd: S, rows: &Ring<'_, S::f64s>, out: &mut [S::f64s]) {
         let (cut, reach) = (self.stencil.cut(), self.stencil.reach());
+        let slot = <Self as Passes<S>>::slot_len(self);
         for (i, out) in out.chunks_exact_mut(KEPT * (reach + 1)).enumerate() {
             let mut sum = [[simd.splat_f64s(0.0); KEPT]; MAX_REACH + 1];
             for j in -(reach as isize)..=reach as isize {
                 let Some((row, fold)) = rows.get(j) else { continue };
-                let row = &row[i * self.slot_len()..(i + 1) * self.slot_len()];
+                let row = &row[i * slot..(i + 1) * slot];
                 let sign = self.signs[fold][i];
                 let normal = if fold == 0 { sign } else { -sign };
                 let y = simd.splat_f64s(normal * (j as f64 * self.weights.spacing));

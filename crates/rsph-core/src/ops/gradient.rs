@@ -22,32 +22,16 @@ pub struct Gradient<'a, T> {
 /// What the pass along y keeps of a component for each |k|: sum, sum times Y, sum times X.
 const KEPT: usize = 3;
 
-impl<T: Stencil> Gradient<'_, T> {
-    /// Sums along x of one component: for each m = j^2 + k^2 plain and times X.
-    #[inline(always)]
-    fn slot_len(&self) -> usize {
-        2 * (self.stencil.cut() + 1)
-    }
-}
-
 impl<S: Simd, T: Stencil> Passes<S> for Gradient<'_, T> {
     type Stencil = T;
     const SOURCE: (usize, usize) = (3, 3);
     const SUMS: usize = PAIR_COMPONENTS;
+    const ALONG_X: usize = 2;
+    const ALONG_Y: usize = KEPT;
 
     #[inline(always)]
     fn stencil(&self) -> T {
         self.stencil
-    }
-
-    #[inline(always)]
-    fn along_x_len(&self) -> usize {
-        3 * self.slot_len()
-    }
-
-    #[inline(always)]
-    fn along_y_len(&self) -> usize {
-        3 * KEPT * (self.stencil.reach() + 1)
     }
 
     #[inline(always)]
@@ -57,7 +41,7 @@ impl<S: Simd, T: Stencil> Passes<S> for Gradient<'_, T> {
 
     #[inline(always)]
     fn along_x(&self, simd: S, lines: &[Line], lane: usize, out: &mut [S::f64s]) {
-        for (line, out) in lines.iter().zip(out.chunks_exact_mut(self.slot_len())) {
+        for (line, out) in lines.iter().zip(out.chunks_exact_mut(<Self as Passes<S>>::slot_len(self))) {
             let taps = Taps::new(simd, self.stencil, self.weights, line, lane);
             for_each_square_sum(
                 self.stencil,
@@ -76,11 +60,12 @@ impl<S: Simd, T: Stencil> Passes<S> for Gradient<'_, T> {
     #[inline(always)]
     fn along_y(&self, simd: S, rows: &Ring<'_, S::f64s>, out: &mut [S::f64s]) {
         let (cut, reach) = (self.stencil.cut(), self.stencil.reach());
+        let slot = <Self as Passes<S>>::slot_len(self);
         for (i, out) in out.chunks_exact_mut(KEPT * (reach + 1)).enumerate() {
             let mut sum = [[simd.splat_f64s(0.0); KEPT]; MAX_REACH + 1];
             for j in -(reach as isize)..=reach as isize {
                 let Some((row, fold)) = rows.get(j) else { continue };
-                let row = &row[i * self.slot_len()..(i + 1) * self.slot_len()];
+                let row = &row[i * slot..(i + 1) * slot];
                 let sign = self.signs[fold][i];
                 let y = simd.splat_f64s(sign * (j as f64 * self.weights.spacing));
                 let sign = simd.splat_f64s(sign);

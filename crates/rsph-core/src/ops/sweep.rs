@@ -33,14 +33,32 @@ pub trait Passes<S: Simd>: Sync {
     /// Results of a particle.
     const SUMS: usize;
 
+    /// Values that the pass along x leaves of a component of the results for each m = j^2 + k^2.
+    const ALONG_X: usize;
+
+    /// Values that the pass along y leaves of a component of the results for each |k|.
+    const ALONG_Y: usize;
+
     /// Its offsets.
     fn stencil(&self) -> Self::Stencil;
 
+    /// Values that the pass along x leaves of a component.
+    #[inline(always)]
+    fn slot_len(&self) -> usize {
+        Self::ALONG_X * (self.stencil().cut() + 1)
+    }
+
     /// Values that the pass along x leaves.
-    fn along_x_len(&self) -> usize;
+    #[inline(always)]
+    fn along_x_len(&self) -> usize {
+        3 * self.slot_len()
+    }
 
     /// Values that the pass along y leaves.
-    fn along_y_len(&self) -> usize;
+    #[inline(always)]
+    fn along_y_len(&self) -> usize {
+        3 * Self::ALONG_Y * (self.stencil().reach() + 1)
+    }
 
     /// Sign of a source component whose image is taken at a plane normal to x that mirrors vectors with
     /// `sign`.

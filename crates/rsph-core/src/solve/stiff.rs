@@ -87,11 +87,6 @@ impl StiffSolver {
         outcome
     }
 
-    /// Solutions that the next systems start from, as [`Recall::known`].
-    pub fn recall(&mut self) -> &mut Recall {
-        &mut self.recall
-    }
-
     /// |x|, summed in a fixed order.
     pub fn norm(&mut self, x: &[f64]) -> f64 {
         self.gradients.sums().norm(x)

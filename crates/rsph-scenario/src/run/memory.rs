@@ -1,12 +1,11 @@
 //! A run that leaves nothing on disk: its summary and its probes, for sweeps over many scenarios.
 
-use super::{Observer, RunError, RunStart, advance, check_steps, settle, store};
-use crate::lower::Mode;
+use super::{Observer, Ready, RunError, store};
 use crate::output::RunInfo;
 use crate::output::summary::Summary;
 use crate::scenario::LoadedScenario;
 use crate::sink::{Outcome, RunSink, SinkError};
-use rsph_core::simulation::{Conservation, Reading, Simulation};
+use rsph_core::simulation::{Conservation, Reading};
 use rsph_core::snapshot::Snapshot;
 use rsph_core::surface::Surface;
 use std::path::Path;
@@ -32,22 +31,10 @@ pub fn run_in_memory(
     observer: &mut dyn Observer,
     stop: &AtomicBool,
 ) -> Result<(Remembered, Outcome), RunError> {
-    let job = scenario.lower()?;
-    let (mode, until, interval) = (job.mode, job.until, job.frame_interval);
-    let mut simulation = Simulation::new(job.setup).map_err(|e| scenario.document().invalid_input(&e))?;
-    if mode == Mode::Dynamic {
-        check_steps(scenario, until, simulation.description().dt)?;
-    }
-    let mut notes = job.notes;
-    notes.extend(simulation.description().notes.iter().cloned());
-    let start = RunStart { scenario, simulation: &simulation, folder: Path::new(""), notes: &notes };
-    let info = store::info(&start);
-    observer.started(simulation.description(), &notes);
+    let ready = Ready::new(scenario)?;
+    let info = store::info(&ready.start(scenario, Path::new("")));
     let mut memory = Memory::default();
-    let outcome = match mode {
-        Mode::Dynamic => advance(&mut simulation, until, interval, &mut memory, observer, stop)?,
-        Mode::Static { steps } => settle(&mut simulation, until, steps, &mut memory, observer, stop)?,
-    };
+    let outcome = ready.run(&mut memory, observer, stop)?;
     Ok((memory.remembered(&info, &outcome), outcome))
 }
 

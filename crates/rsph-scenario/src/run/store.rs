@@ -1,7 +1,7 @@
 //! The sink of a run's folder: what the writers need to know, from the scenario and the simulation.
 
 use super::RunStart;
-use super::behind::Behind;
+use super::writer_thread::WriterThread;
 use crate::output::{Parameter, ProbeColumn, RunInfo, RunWriters};
 use crate::scenario::{AxesName, LabelMapValue, LoadedScenario, ShapeTable};
 use crate::sink::{RunSink, SinkError};
@@ -12,7 +12,7 @@ use rsph_core::simulation::own_readings;
 /// Opens the files of a run's folder.
 pub fn open(start: &RunStart<'_>) -> Result<Box<dyn RunSink>, SinkError> {
     let writers = RunWriters::create(start.folder, info(start))?;
-    Ok(Box::new(Behind::new(start.folder, Box::new(writers))?))
+    Ok(Box::new(WriterThread::new(start.folder, Box::new(writers))?))
 }
 
 /// What writers and summaries need to know.

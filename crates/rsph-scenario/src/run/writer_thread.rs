@@ -22,7 +22,7 @@ enum Message {
 
 /// Hands everything on to another sink, in order. What that can not store is an error of the next call.
 #[derive(Debug)]
-pub struct Behind {
+pub struct WriterThread {
     folder: PathBuf,
     results: Option<SyncSender<Message>>,
     /// Holds one token for each frame on its way.
@@ -30,7 +30,7 @@ pub struct Behind {
     thread: Option<JoinHandle<Result<(), SinkError>>>,
 }
 
-impl Behind {
+impl WriterThread {
     /// Before `sink`, which writes to `folder`.
     ///
     /// # Errors
@@ -85,7 +85,7 @@ fn write(
     Ok(())
 }
 
-impl RunSink for Behind {
+impl RunSink for WriterThread {
     fn frame(
         &mut self,
         snapshot: &Snapshot,
@@ -112,7 +112,7 @@ impl RunSink for Behind {
     }
 }
 
-impl Drop for Behind {
+impl Drop for WriterThread {
     fn drop(&mut self) {
         // An error here has no one to go to: the run ends with another.
         let _ = self.join();
@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn what_can_not_be_written_is_told_sooner_or_later() {
-        let mut sink = Behind::new(Path::new("out"), Box::new(Full(3))).unwrap();
+        let mut sink = WriterThread::new(Path::new("out"), Box::new(Full(3))).unwrap();
         let mut sample = || sink.sample(0.0, &[], &Conservation::default());
         let trouble = (0..100_000).find_map(|_| sample().err()).expect("a full disk");
         assert_eq!((trouble.path.to_str(), &*trouble.message), (Some("probes.csv"), "full"));
