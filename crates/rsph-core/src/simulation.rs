@@ -9,6 +9,7 @@ mod model;
 mod prescribed;
 mod remeshing;
 mod solid;
+mod state;
 mod statics;
 mod time_step;
 
@@ -103,6 +104,31 @@ pub struct Simulation {
     dt: f64,
     evaluations: u64,
     equilibrium: Option<Equilibrium>,
+    /// The steps to the next moment that was asked for.
+    plan: Option<Plan>,
+    /// What the last failure has made of the particles, and when.
+    wreck: Option<Snapshot>,
+}
+
+/// Steps of even length up to a moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Plan {
+    from: f64,
+    to: f64,
+    /// The length that they should have at most.
+    dt: f64,
+    steps: u64,
+    done: u64,
+}
+
+impl Plan {
+    /// When step `k` ends.
+    fn moment(&self, k: u64) -> f64 {
+        if k == self.steps {
+            return self.to;
+        }
+        self.from + (self.to - self.from) * (k as f64 / self.steps as f64)
+    }
 }
 
 /// The scheme of integration for the particles of a moment.
@@ -155,6 +181,8 @@ impl Simulation {
             dt: description.dt,
             evaluations: 0,
             equilibrium: None,
+            plan: None,
+            wreck: None,
             setup,
             description,
             model,
@@ -185,7 +213,8 @@ impl Simulation {
     }
 
     /// Advances to the time `t` exactly, shortening the steps evenly where needed. Stops early, at a
-    /// whole step, when `keep_going` returns false (called after every step).
+    /// whole step, when `keep_going` returns false (called after every step); called again for the same moment it
+    /// takes the steps that it would have taken.
     ///
     /// # Errors
     /// As [`Simulation::step`].
@@ -194,27 +223,37 @@ impl Simulation {
         t: f64,
         keep_going: &mut dyn FnMut(&mut Self) -> bool,
     ) -> Result<(), Failure> {
-        let mut done = false;
-        while !done {
-            // Steps of even length up to t, until a remesh or a scheme that chooses its steps chooses another.
-            let (from, dt) = (self.time, self.dt);
-            let steps = ((t - from) / dt - 1e-6).ceil().max(0.0) as u64;
-            done = steps == 0;
-            for k in 1..=steps {
-                let next = if k == steps { t } else { from + (t - from) * (k as f64 / steps as f64) };
-                if self.step_by(next - self.time)? {
-                    self.time = next;
-                    done = k == steps;
-                    if !keep_going(self) {
-                        return Ok(());
-                    }
-                }
-                if self.dt.to_bits() != dt.to_bits() {
-                    break;
+        loop {
+            let mut plan = self.plan_to(t);
+            if plan.done == plan.steps {
+                break;
+            }
+            let next = plan.moment(plan.done + 1);
+            if self.step_by(next - self.time)? {
+                self.time = next;
+                plan.done += 1;
+                self.plan = Some(plan);
+                if !keep_going(self) {
+                    return Ok(());
                 }
             }
         }
         self.check()
+    }
+
+    /// The plan of the steps up to `t`: the one that is being followed, even across a stop, until a remesh or a
+    /// scheme that chooses its steps chooses another length.
+    fn plan_to(&self, t: f64) -> Plan {
+        let same = |a: f64, b: f64| a.to_bits() == b.to_bits();
+        if let Some(p) = self.plan
+            && same(p.to, t)
+            && same(p.dt, self.dt)
+            && same(p.moment(p.done), self.time)
+        {
+            return p;
+        }
+        let (from, dt) = (self.time, self.dt);
+        Plan { from, to: t, dt, steps: ((t - from) / dt - 1e-6).ceil().max(0.0) as u64, done: 0 }
     }
 
     /// Advances by `dt`; false if the scheme wants a shorter step and nothing was done.
@@ -315,8 +354,10 @@ impl Simulation {
         result
     }
 
-    /// Goes back to the last good state.
+    /// Goes back to the last good state and keeps what the failure has made of it.
     fn restore(&mut self) {
+        let particles = self.particles.clone();
+        self.wreck = Some(Snapshot { time: self.time, step: self.steps, particles });
         (self.time, self.steps) = self.watch.restore(self.model.dynamics(), &mut self.particles);
         // What follows from the restored columns.
         self.model.dynamics().impose(self.time, &mut self.particles);
@@ -401,6 +442,12 @@ impl Simulation {
     pub fn snapshot(&mut self) -> Snapshot {
         let particles = self.model.derived(&self.particles, self.time);
         Snapshot { time: self.time, step: self.steps, particles }
+    }
+
+    /// After a failure, the particles as they were when it was noticed, without derived columns; the simulation
+    /// itself has gone back to its last good state.
+    pub fn wreck(&self) -> Option<&Snapshot> {
+        self.wreck.as_ref()
     }
 
     /// The surface of the moment of `snapshot`, which is one of this simulation's.

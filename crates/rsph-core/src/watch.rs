@@ -1,8 +1,9 @@
 //! The watchdog: a simulation that goes wrong stops by itself and keeps its last good state.
 
 use crate::dynamics::{Dynamics, Energy};
-use crate::error::{Failure, FailureKind};
+use crate::error::{Failure, FailureKind, InvalidInput};
 use crate::particles::{Column, Field, Particles};
+use crate::state::State;
 
 /// Steps between two looks at the state.
 const INTERVAL: u64 = 20;
@@ -106,6 +107,35 @@ impl Watch {
             particles.column_mut(*field).values_mut().copy_from_slice(good.values());
         }
         (self.time, self.step)
+    }
+
+    /// Puts the last good state and what it is judged by into `state`.
+    pub fn save(&self, state: &mut State) {
+        state.put("watch/sums", [self.time, self.start, self.scale]);
+        state.put_counts("watch/step", &[self.step]);
+        for (i, column) in self.good.iter().enumerate() {
+            state.put(&format!("watch/good_{i}"), column.values());
+        }
+    }
+
+    /// Takes it back for `dynamics` of `n` particles.
+    ///
+    /// # Errors
+    /// What is missing or has another length.
+    pub fn restore_state(
+        &mut self,
+        state: &State,
+        dynamics: &dyn Dynamics,
+        n: usize,
+    ) -> Result<(), InvalidInput> {
+        [self.time, self.start, self.scale] = state.numbers("watch/sums")?;
+        [self.step] = state.counts("watch/step")?;
+        let good = |(i, field): (usize, &Field)| {
+            let values = state.real_of(&format!("watch/good_{i}"), field.spec().components * n)?;
+            Ok(Column::from_vec(values.to_vec(), n))
+        };
+        self.good = dynamics.integrated().iter().enumerate().map(good).collect::<Result<_, _>>()?;
+        Ok(())
     }
 }
 

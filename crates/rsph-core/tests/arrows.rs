@@ -10,7 +10,7 @@ use tree::{SourceFile, crate_folder, read, root, sources};
 const LAYERS: &[&[&str]] = &[
     &["tensor", "kernel"],
     &["error", "grid", "particles", "region", "neighbors", "vector_field"],
-    &["mesh", "material", "snapshot", "level_set", "flow", "fluid", "fit"],
+    &["mesh", "material", "snapshot", "level_set", "flow", "fluid", "fit", "state"],
     &["marching_cubes", "remesh", "reconstruct"],
     &["shape"],
     &["sample"],

@@ -3,10 +3,11 @@
 
 use super::{Integrator, Step, StepSums};
 use crate::dynamics::{Dynamics, ForceSums};
-use crate::error::FailureKind;
+use crate::error::{FailureKind, InvalidInput};
 use crate::particles::{Column, Field, Particles};
 use crate::solve::cg::Goal;
 use crate::solve::stiff::StiffSolver;
+use crate::state::State;
 use rayon::prelude::*;
 
 /// gamma of SDIRK2: L-stable and of second order.
@@ -157,6 +158,17 @@ impl Implicit {
 }
 
 impl Integrator for Implicit {
+    fn save(&self, state: &mut State) {
+        state.put("implicit/scale", self.scale.as_slice());
+        state.put("implicit/reference", [self.reference]);
+    }
+
+    fn restore(&mut self, state: &State) -> Result<(), InvalidInput> {
+        self.scale = state.real("implicit/scale")?.first().copied();
+        [self.reference] = state.numbers("implicit/reference")?;
+        Ok(())
+    }
+
     fn evaluate(&mut self, dynamics: &mut dyn Dynamics, particles: &Particles, t: f64) -> ForceSums {
         dynamics.rates(t, particles, &mut self.rates)
     }

@@ -8,6 +8,7 @@ use crate::observe::Reading;
 use crate::particles::Particles;
 use crate::setup::Load;
 use crate::snapshot::Snapshot;
+use crate::state::State;
 use crate::surface::Surface;
 
 /// What a kind of body brings: its dynamics, how it is laid anew, and what it shows. The particles,
@@ -49,6 +50,15 @@ pub(super) trait Model: std::fmt::Debug + Send + Sync {
             "give the loads a `ramp`, or start a new simulation",
         ))
     }
+
+    /// Puts what the particles and the set-up do not say of the body into `state`.
+    fn save(&self, state: &mut State);
+
+    /// Takes it back, with `particles` of that state.
+    ///
+    /// # Errors
+    /// A state of another body, or one that is damaged.
+    fn restore(&mut self, state: &State, particles: &Particles) -> Result<(), InvalidInput>;
 
     /// The surface of the moment of `snapshot`.
     fn surface(&self, snapshot: &Snapshot) -> Surface;
