@@ -30,7 +30,7 @@ use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
 use crate::surface::Surface;
 use crate::tensor::Vec3;
-use crate::watch::Watch;
+use crate::watch::{Look, Watch};
 use balance::Balance;
 use fsi_1d::FluidBesideSolid;
 use large_strain::LargeSolid;
@@ -106,6 +106,8 @@ pub struct Simulation {
     equilibrium: Option<Equilibrium>,
     /// The steps to the next moment that was asked for.
     plan: Option<Plan>,
+    /// Time step at the start.
+    first_dt: f64,
     /// What the last failure has made of the particles, and when.
     wreck: Option<Snapshot>,
 }
@@ -182,6 +184,7 @@ impl Simulation {
             evaluations: 0,
             equilibrium: None,
             plan: None,
+            first_dt: description.dt,
             wreck: None,
             setup,
             description,
@@ -272,8 +275,7 @@ impl Simulation {
                              spacing or a better hold"
                         .into(),
                 };
-                self.restore();
-                return Err(failure);
+                return Err(self.fail(failure));
             }
         };
         self.evaluations += step.evaluations;
@@ -291,10 +293,10 @@ impl Simulation {
         self.balance.add(&step.sums, step.forces);
         let moment = Moment { time: self.time, step: self.steps };
         if let Some(failure) = self.model.disorder(&self.particles, moment) {
-            self.restore();
-            return Err(failure);
+            return Err(self.fail(failure));
         }
-        if self.watch.is_due(self.steps) {
+        // What is not finite shows in the sums of the very step.
+        if self.watch.is_due(self.steps) || !step.sums.work.is_finite() {
             self.check()?;
         }
         let strain = || self.model.strain(&self.particles, self.time, dt);
@@ -324,6 +326,13 @@ impl Simulation {
                 self.particles = relaid.particles.clone();
                 let energy = self.energy();
                 let after = Sums::new(&self.particles, energy);
+                let conserves_mass = self.model.dynamics().account().conserves_mass;
+                let shortest = checks::SHORTEST_STEP * self.first_dt;
+                let wrong =
+                    if conserves_mass { checks::mass_lost(before.mass, after.mass, moment) } else { None };
+                if let Some(failure) = wrong.or_else(|| checks::step_too_short(self.dt, shortest, moment)) {
+                    return Err(self.fail_after_remesh(failure));
+                }
                 self.remeshing.done(&relaid, before, after, self.description.dt);
                 let dynamics = self.model.dynamics_mut();
                 self.integrator = integrator(&self.setup, &self.description, dynamics, &self.particles);
@@ -331,11 +340,14 @@ impl Simulation {
                 self.watch.restart(dynamics, &self.particles, self.time, self.steps);
                 Ok(())
             }
-            Err(failure) => {
-                self.restore();
-                Err(failure)
-            }
+            Err(failure) => Err(self.fail(failure)),
         }
+    }
+
+    /// The particles of the last good state are gone with their lattice: those that were laid anew stay.
+    fn fail_after_remesh(&mut self, failure: Failure) -> Failure {
+        self.watch.restart(self.model.dynamics(), &self.particles, self.time, self.steps);
+        self.fail(failure)
     }
 
     fn energy(&mut self) -> Energy {
@@ -345,13 +357,19 @@ impl Simulation {
     /// Looks whether the state still makes sense; goes back to the last good one if not.
     fn check(&mut self) -> Result<(), Failure> {
         let (time, step) = (self.time, self.steps);
-        let energy = self.energy();
-        let (dynamics, work) = (self.model.dynamics(), self.balance.work);
-        let result = self.watch.check(dynamics, &self.particles, energy, work, time, step);
-        if result.is_err() {
-            self.restore();
-        }
-        result
+        let look = Look {
+            energy: self.energy(),
+            work: self.balance.work,
+            smallest_jacobian: self.model.dynamics_mut().smallest_jacobian(time, &self.particles),
+        };
+        let result = self.watch.check(self.model.dynamics(), &self.particles, &look, time, step);
+        result.map_err(|failure| self.fail(failure))
+    }
+
+    /// Goes back to the last good state; the failure with its likely cause.
+    fn fail(&mut self, failure: Failure) -> Failure {
+        self.restore();
+        checks::with_cause(failure, &self.setup, &self.description, self.dt)
     }
 
     /// Goes back to the last good state and keeps what the failure has made of it.

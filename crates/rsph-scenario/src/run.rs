@@ -1,24 +1,38 @@
-//! The run loop: from frame to frame, with everything that is seen on the way handed to a sink.
+//! A run: from a scenario and a folder to its outcome.
 
+mod books;
 mod folder;
+mod frames;
+mod memory;
+mod resume;
 mod store;
 
 pub use folder::{FolderError, OutputFolder};
+pub use memory::MemoryError;
 
 use crate::lower::Mode;
+use crate::output::checkpoint::{Checkpoint, CheckpointError};
 use crate::scenario::{KeyPath, LoadedScenario, ScenarioError};
-use crate::sink::{Outcome, RunSink, SinkError, Status};
-use rsph_core::simulation::{Description, Simulation};
+use crate::sink::{Outcome, RunSink, SinkError};
+use books::Books;
+use frames::Run;
+use rsph_core::simulation::{Conservation, Description, Simulation};
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::sync::atomic::AtomicBool;
 
-/// A run records its probes at least this often, or at every step if it has fewer.
-const MIN_SAMPLES: u64 = 1000;
 /// More steps than this take years.
 const MAX_STEPS: f64 = 1e12;
-/// Shortest wall time between two reports of progress.
-const REPORT_INTERVAL: Duration = Duration::from_millis(100);
+
+/// How a run begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Begin {
+    /// In a folder without results.
+    Anew,
+    /// In place of the results that are there.
+    Overwriting,
+    /// Where the checkpoint of the folder stands.
+    Resumed,
+}
 
 /// How far a run is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,6 +54,11 @@ pub trait Observer {
     /// The simulation is built and starts; `notes` are things the user should know.
     fn started(&mut self, description: &Description, notes: &[String]) {
         let _ = (description, notes);
+    }
+
+    /// The run goes on from a checkpoint at the time `time`, behind that many frames after the first.
+    fn resumed(&mut self, time: f64, frames: u64) {
+        let _ = (time, frames);
     }
 
     /// Some steps were taken (called a few times a second).
@@ -71,6 +90,12 @@ pub enum RunError {
     /// The output folder can not be used; nothing was written.
     #[error(transparent)]
     Folder(#[from] FolderError),
+    /// The run can not go on from its checkpoint; nothing was written.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+    /// The machine has too little memory; nothing was written.
+    #[error(transparent)]
+    Memory(#[from] MemoryError),
     /// Results could not be stored.
     #[error(transparent)]
     Sink(#[from] SinkError),
@@ -87,12 +112,18 @@ impl From<ScenarioError> for RunError {
 pub struct RunStart<'a> {
     /// The scenario.
     pub scenario: &'a LoadedScenario,
-    /// The simulation at time 0.
+    /// The simulation at time 0, or where the run goes on.
     pub simulation: &'a Simulation,
-    /// The folder, which exists and can be written.
+    /// What was known of it before the first step.
+    pub description: &'a Description,
+    /// Its conserved sums.
+    pub conservation: Conservation,
+    /// The folder, which exists, can be written and is this run's alone.
     pub folder: &'a Path,
     /// Notes of the scenario and the simulation.
     pub notes: &'a [String],
+    /// What the run goes on from, if it does.
+    pub checkpoint: Option<&'a Checkpoint>,
 }
 
 /// Makes the sink of a run, once it is known that the run can begin.
@@ -105,46 +136,76 @@ pub type MakeSink<'a> = dyn FnMut(&RunStart<'_>) -> Result<Box<dyn RunSink>, Sin
 pub fn run(
     scenario: &LoadedScenario,
     folder: &Path,
-    force: bool,
+    begin: Begin,
     observer: &mut dyn Observer,
     stop: &AtomicBool,
 ) -> Result<Outcome, RunError> {
-    run_with(scenario, folder, force, &mut store::open, observer, stop)
+    run_with(scenario, folder, begin, &mut store::open, observer, stop)
 }
 
-/// Runs `scenario` and hands its results to the sink that `make_sink` makes for `folder`. A folder with results is refused unless `force`. Nothing is written before it is known that the
-/// scenario can be simulated.
+/// Runs `scenario` and hands its results to the sink that `make_sink` makes for `folder`, until the end or until
+/// `stop` is set. Nothing is written before it is known that the scenario can be simulated.
 ///
 /// # Errors
-/// Wrong input, an unusable folder, or results that can not be stored. A simulation that fails is
-/// an [`Outcome`], not an error.
+/// Wrong input, an unusable folder or checkpoint, too little memory, or results that can not be stored. A
+/// simulation that fails is an [`Outcome`], not an error.
 pub fn run_with(
     scenario: &LoadedScenario,
     folder: &Path,
-    force: bool,
+    begin: Begin,
     make_sink: &mut MakeSink<'_>,
     observer: &mut dyn Observer,
     stop: &AtomicBool,
 ) -> Result<Outcome, RunError> {
-    let output = OutputFolder::new(folder, force)?;
-    if let Some(file) = scenario.file() {
+    let mut output = OutputFolder::new(folder, begin)?;
+    // A run that goes on leaves the scenario in its folder alone.
+    if let Some(file) = scenario.file().filter(|_| begin != Begin::Resumed) {
         output.spare(file)?;
     }
+    let mut checkpoint = None;
+    if begin == Begin::Resumed {
+        let folder = output.claim()?;
+        let found = Checkpoint::read(folder)?;
+        resume::check_scenario(folder, scenario, &found)?;
+        checkpoint = Some(found);
+    }
     let job = scenario.lower()?;
-    let (mode, until, interval) = (job.mode, job.until, job.frame_interval);
+    let (mode, until, interval, cadence) = (job.mode, job.until, job.frame_interval, job.checkpoint);
+    memory::check(&job.setup)?;
     let mut simulation = Simulation::new(job.setup).map_err(|e| scenario.document().invalid_input(&e))?;
     if mode == Mode::Dynamic {
         check_steps(scenario, until, simulation.description().dt)?;
     }
     let mut notes = job.notes;
     notes.extend(simulation.description().notes.iter().cloned());
-    let folder = output.claim()?;
-    let start = RunStart { scenario, simulation: &simulation, folder, notes: &notes };
+    let description = simulation.description().clone();
+    let mut books = Books::begin(&simulation, until);
+    if let Some(checkpoint) = &checkpoint {
+        notes.extend(resume::note(checkpoint));
+        resume::restore(folder, checkpoint, &mut simulation, &mut books)?;
+    } else {
+        output.claim()?;
+    }
+    let conservation = simulation.conservation();
+    let start = RunStart {
+        scenario,
+        simulation: &simulation,
+        description: &description,
+        conservation,
+        folder,
+        notes: &notes,
+        checkpoint: checkpoint.as_ref(),
+    };
     let mut sink = make_sink(&start)?;
     observer.started(simulation.description(), &notes);
+    if checkpoint.is_some() {
+        observer.resumed(simulation.time(), books.done);
+    }
+    let mut run =
+        Run { simulation: &mut simulation, until, books, cadence, sink: sink.as_mut(), observer, stop };
     Ok(match mode {
-        Mode::Dynamic => advance(&mut simulation, until, interval, sink.as_mut(), observer, stop)?,
-        Mode::Static { steps } => settle(&mut simulation, until, steps, sink.as_mut(), observer, stop)?,
+        Mode::Dynamic => run.advance(interval)?,
+        Mode::Static { steps } => run.settle(steps)?,
     })
 }
 
@@ -159,208 +220,4 @@ fn check_steps(scenario: &LoadedScenario, until: f64, dt: f64) -> Result<(), Sce
         format!("a time step of {dt:.3e} makes this {steps:.1e} steps; {MAX_STEPS:.0e} are allowed"),
         format!("end at {:.3e} or before, or take larger steps", MAX_STEPS * dt),
     ))
-}
-
-/// Advances `simulation` to `until`, with a frame every `interval`, the first and the last moment
-/// included, until `stop` is set.
-///
-/// # Errors
-/// When the sink can not store a result.
-pub fn advance(
-    simulation: &mut Simulation,
-    until: f64,
-    interval: f64,
-    sink: &mut dyn RunSink,
-    observer: &mut dyn Observer,
-    stop: &AtomicBool,
-) -> Result<Outcome, SinkError> {
-    let start = Start::new(simulation);
-    let stride = sample_stride(until - simulation.time(), simulation.description().dt);
-    let mut last_report = Instant::now();
-    let mut recorder = Recorder { sink, last_sample: None, last_frame: None };
-    recorder.frame(simulation)?;
-    let mut status = Status::Finished;
-    for t in frame_times(simulation.time(), until, interval) {
-        let mut trouble = None;
-        let advanced = simulation.advance_to(t, &mut |s| {
-            // The moment of a frame is sampled with the frame.
-            if s.step_count() % stride == 0 && s.time() < t {
-                trouble = recorder.sample(s).err();
-            }
-            if last_report.elapsed() >= REPORT_INTERVAL {
-                last_report = Instant::now();
-                observer.progressed(&start.progress(s, until));
-            }
-            trouble.is_none() && !stop.load(Ordering::Relaxed)
-        });
-        if let Some(error) = trouble {
-            return Err(error);
-        }
-        recorder.frame(simulation)?;
-        if let Err(failure) = advanced {
-            status = Status::Failed(failure);
-            break;
-        }
-        if stop.load(Ordering::Relaxed) && simulation.time() < until {
-            status = Status::Interrupted;
-            break;
-        }
-    }
-    finish(simulation, &start, until, status, recorder.sink, observer)
-}
-
-/// Brings `simulation` to rest at `steps` moments up to `until`, each with a frame, the undeformed body
-/// first, until `stop` is set.
-///
-/// # Errors
-/// When the sink can not store a result.
-pub fn settle(
-    simulation: &mut Simulation,
-    until: f64,
-    steps: usize,
-    sink: &mut dyn RunSink,
-    observer: &mut dyn Observer,
-    stop: &AtomicBool,
-) -> Result<Outcome, SinkError> {
-    let start = Start::new(simulation);
-    let mut recorder = Recorder { sink, last_sample: None, last_frame: None };
-    recorder.frame(simulation)?;
-    let mut status = Status::Finished;
-    for k in 1..=steps {
-        let t = if k == steps { until } else { until * (k as f64 / steps as f64) };
-        let mut last_report = Instant::now();
-        let solved = simulation.solve_static(t, &mut |iteration, residual| {
-            if last_report.elapsed() >= REPORT_INTERVAL {
-                last_report = Instant::now();
-                observer.solving(iteration, residual);
-            }
-            !stop.load(Ordering::Relaxed)
-        });
-        match solved {
-            Ok(_) => recorder.frame(simulation)?,
-            Err(_) if stop.load(Ordering::Relaxed) => {
-                status = Status::Interrupted;
-                break;
-            }
-            Err(failure) => {
-                status = Status::Failed(failure);
-                break;
-            }
-        }
-    }
-    finish(simulation, &start, until, status, recorder.sink, observer)
-}
-
-/// Closes a run.
-fn finish(
-    simulation: &Simulation,
-    start: &Start,
-    until: f64,
-    status: Status,
-    sink: &mut dyn RunSink,
-    observer: &mut dyn Observer,
-) -> Result<Outcome, SinkError> {
-    observer.progressed(&start.progress(simulation, until));
-    let outcome = Outcome {
-        status,
-        wall_seconds: start.wall.elapsed().as_secs_f64(),
-        steps: simulation.step_count() - start.step,
-        rhs_evaluations: simulation.rhs_evaluations() - start.rhs,
-        time: simulation.time(),
-        threads: rayon::current_num_threads(),
-        remesh: simulation.remesh_log(),
-        equilibrium: simulation.equilibrium(),
-    };
-    sink.finish(&outcome)?;
-    observer.finished(&outcome);
-    Ok(outcome)
-}
-
-struct Start {
-    wall: Instant,
-    step: u64,
-    rhs: u64,
-}
-
-impl Start {
-    fn new(s: &Simulation) -> Self {
-        Self { wall: Instant::now(), step: s.step_count(), rhs: s.rhs_evaluations() }
-    }
-
-    fn progress(&self, s: &Simulation, until: f64) -> Progress {
-        let seconds = self.wall.elapsed().as_secs_f64().max(1e-9);
-        let updates = (s.rhs_evaluations() - self.rhs) as f64 * s.description().particles as f64;
-        Progress {
-            time: s.time(),
-            until,
-            step: s.step_count(),
-            steps_per_second: (s.step_count() - self.step) as f64 / seconds,
-            updates_per_second: updates / seconds,
-        }
-    }
-}
-
-/// Hands moments to the sink, none of them twice.
-struct Recorder<'a> {
-    sink: &'a mut dyn RunSink,
-    last_sample: Option<u64>,
-    last_frame: Option<u64>,
-}
-
-impl Recorder<'_> {
-    fn sample(&mut self, s: &mut Simulation) -> Result<(), SinkError> {
-        // A run that failed goes back to its last good state, which is behind the last sample.
-        if self.last_sample.is_some_and(|last| s.step_count() <= last) {
-            return Ok(());
-        }
-        self.last_sample = Some(s.step_count());
-        self.sink.sample(s.time(), &s.readings(), &s.conservation())
-    }
-
-    /// A frame, and a sample with it.
-    fn frame(&mut self, s: &mut Simulation) -> Result<(), SinkError> {
-        self.sample(s)?;
-        if self.last_frame.replace(s.step_count()) == Some(s.step_count()) {
-            return Ok(());
-        }
-        let snapshot = s.snapshot();
-        self.sink.frame(&snapshot, &s.surface(&snapshot), &s.conservation())
-    }
-}
-
-/// Steps between two samples.
-fn sample_stride(duration: f64, dt: f64) -> u64 {
-    let steps = (duration / dt).ceil();
-    if steps.is_finite() { (steps as u64 / MIN_SAMPLES).max(1) } else { 1 }
-}
-
-/// The moments of the frames after the first: multiples of `interval`, and `until`.
-fn frame_times(from: f64, until: f64, interval: f64) -> impl Iterator<Item = f64> {
-    // A remainder of rounding is no frame of its own.
-    let count = ((until - from) / interval - 1e-9).ceil().max(if until > from { 1.0 } else { 0.0 }) as u64;
-    (1..=count).map(move |k| if k == count { until } else { from + k as f64 * interval })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    #[test]
-    fn a_long_run_still_has_a_thousand_samples() {
-        assert_eq!(sample_stride(3.0, 0.001), 3);
-        assert_eq!(sample_stride(0.5, 0.001), 1);
-        assert_eq!(sample_stride(3.0, 0.0), 1);
-    }
-
-    proptest! {
-        #[test]
-        fn frames_end_at_the_end_and_never_stand_still(until in 1e-3..1e3f64, cut in 1e-3..2.0f64) {
-            let interval = until * cut;
-            let times: Vec<f64> = frame_times(0.0, until, interval).collect();
-            prop_assert_eq!(times.last().copied(), Some(until));
-            prop_assert!(times.windows(2).all(|w| w[1] - w[0] > 1e-10 * until));
-            prop_assert!(times.len() <= (1.0 / cut).ceil() as usize);
-        }
-    }
 }
