@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from rsph._scenario import Table, Vector, matrix, vector
 
-__all__ = ["Affine", "Field", "Rotation", "Wave"]
+__all__ = ["Affine", "Field", "FreeBeam", "Rotation", "Wave"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,8 +77,35 @@ class Wave:
         return {"wave": table | {"phase": float(self.phase)}}
 
 
+@dataclass(frozen=True, kw_only=True)
+class FreeBeam:
+    """A bending mode of a slender beam with free ends.
+
+    Sections move across the beam and turn with it.
+
+    Args:
+        start: centre of one end (m), shape (3,).
+        end: centre of the other end (m), shape (3,).
+        amplitude: value at the start, the largest, across the beam, shape (3,).
+        number: number of the mode, 1 (the slowest) to 20.
+    """
+
+    start: Vector
+    end: Vector
+    amplitude: Vector
+    number: int = 1
+
+    def _as_table(self) -> Table:
+        table: Table = {
+            "start": vector("initial.free_beam.start", self.start),
+            "end": vector("initial.free_beam.end", self.end),
+            "amplitude": vector("initial.free_beam.amplitude", self.amplitude),
+        }
+        return {"free_beam": table | {"number": int(self.number)}}
+
+
 Function: TypeAlias = Callable[[npt.NDArray[np.float64]], npt.NDArray[Any]]
-Field: TypeAlias = Vector | Affine | Rotation | Wave | Function
+Field: TypeAlias = Vector | Affine | Rotation | Wave | FreeBeam | Function
 """Everything that describes initial values."""
 
 
@@ -86,7 +113,7 @@ def table_of(key: str, field: Field | None) -> Table | None:
     """The table of a field that has words in a scenario file."""
     if field is None or callable(field):
         return None
-    if isinstance(field, Affine | Rotation | Wave):
+    if isinstance(field, Affine | Rotation | Wave | FreeBeam):
         return field._as_table()
     return {"constant": vector(key, field)}
 

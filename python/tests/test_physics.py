@@ -36,6 +36,18 @@ def test_fields_functions_and_constants_agree():
     assert (constant.snapshot().velocity == [1, 2, 3]).all()
 
 
+def test_a_free_beam_starts_in_its_mode():
+    beam = rsph.fields.FreeBeam(start=(0, 0.5, 0.5), end=(1, 0.5, 0.5), amplitude=(0, 0, 0.1))
+    snapshot = cube(initial_velocity=beam).snapshot()
+    x, b = snapshot.reference[:, 0], 4.730040744862704
+    q = (np.cosh(b) - np.cos(b)) / (np.sinh(b) - np.sin(b))
+    shape = np.cosh(b * x) + np.cos(b * x) - q * (np.sinh(b * x) + np.sin(b * x))
+    np.testing.assert_allclose(snapshot.velocity[:, 2], 0.05 * shape, atol=1e-12)
+    turning = snapshot.velocity[:, 0] * (snapshot.reference[:, 2] - 0.5)
+    assert (turning[x < 0.4] >= 0).all()
+    assert np.abs(turning[x < 0.4]).max() > 0
+
+
 def series(t, stiffness=100.0, relaxation=0.2):
     """End displacement of a bar of length 1 and density 1 under a sudden traction of 1."""
     k = (np.arange(400) + 0.5) * np.pi

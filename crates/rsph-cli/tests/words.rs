@@ -66,6 +66,29 @@ fn unknown_validation_is_refused() {
 }
 
 #[test]
+fn validations_are_listed_and_reported_on_a_page() {
+    let bench = Bench::new();
+    let list = bench.rsph(&["validate", "--list"]);
+    assert_eq!(list.code, Some(0));
+    for name in ["deformation", "figure_6", "figure_7", "oscillation", "patch"] {
+        assert!(list.out.lines().any(|l| l.starts_with(name) && l.len() > 30), "{name} in {}", list.out);
+    }
+    let done = bench.rsph(&["validate", "patch", "--quick", "--report", "page.html", "--json", "rows.json"]);
+    assert_eq!(done.code, Some(0), "{}", done.err);
+    let page = std::fs::read_to_string(bench.path("page.html")).unwrap();
+    let rows: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(bench.path("rows.json")).unwrap()).unwrap();
+    let rows = rows.as_array().unwrap();
+    assert!(rows.len() >= 7, "{rows:?}");
+    for row in rows {
+        let name = row["name"].as_str().unwrap();
+        assert!(page.contains(name) && done.out.contains(name), "{name}");
+    }
+    assert!(page.contains("<svg") && page.contains("bounds are kept"), "the figure of today is in it");
+    assert_eq!(bench.rsph(&["validate", "patch", "--report", "nowhere/page.html"]).code, Some(2));
+}
+
+#[test]
 fn a_reader_that_leaves_early_is_no_panic() {
     let bench = Bench::new();
     let mut child = bench.command(&["schema"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();

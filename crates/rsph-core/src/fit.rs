@@ -3,7 +3,7 @@
 
 use crate::neighbors::CellList;
 use crate::tensor::Vec3;
-use nalgebra::{Cholesky, Const, SMatrix, SVector};
+use nalgebra::{Cholesky, Const, Matrix4, SMatrix, SVector, Vector4};
 
 /// Most terms of a polynomial: 1, x, y, z and six products.
 const TERMS: usize = 10;
@@ -30,6 +30,29 @@ impl Degree {
             (Self::Linear, _) => 30,
             (Self::Quadratic, _) => 50,
         }
+    }
+}
+
+/// A linear fit around a place: the value of a field f at y is p(y)^T M^-1 sum_a w_a p(x_a) f_a with
+/// p(x) = (1, (x - centre) / h) and M = sum_a w_a p(x_a) p(x_a)^T.
+#[derive(Clone, Debug)]
+pub struct LinearFit {
+    /// Its centre.
+    pub centre: Vec3,
+    /// Its length h.
+    pub h: f64,
+    /// M^-1; without rows and columns of directions that the points do not determine.
+    pub inverse: Matrix4<f64>,
+    /// Number of each point and w_a.
+    pub weights: Vec<(u32, f64)>,
+}
+
+impl LinearFit {
+    /// p(x).
+    #[inline]
+    pub fn basis(&self, x: &Vec3) -> Vector4<f64> {
+        let r = (x - self.centre) / self.h;
+        Vector4::new(1.0, r.x, r.y, r.z)
     }
 }
 
@@ -79,6 +102,15 @@ impl<const D: usize> LocalFit<D> {
             }
         }
         unreachable!("the sum of positive weights is positive")
+    }
+
+    /// The fit as a linear one, without the products of coordinates that it may have.
+    pub fn linear(&self) -> LinearFit {
+        let terms = self.terms.min(D + 1);
+        let whole = self.moment.inverse();
+        let inverse = Matrix4::from_fn(|i, j| if i.max(j) < terms { whole[(i, j)] } else { 0.0 });
+        let weights = self.points.iter().map(|(b, p)| (*b, p[0])).collect();
+        LinearFit { centre: self.anchor, h: self.radius, inverse, weights }
     }
 
     /// Weights of the points for the value of their field at `x`.

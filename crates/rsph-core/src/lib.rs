@@ -37,5 +37,6 @@ pub mod stability;
 pub mod state;
 pub mod surface;
 pub mod tensor;
+pub mod tiles;
 pub mod vector_field;
 mod watch;

@@ -2,6 +2,7 @@
 //! force at any point spread over them with its resultant and moment kept exactly. The weights stand for
 //! V_b W(r - r_b, h) in Eq. (8), and make linear fields exact up to the surface.
 
+use crate::fit::LinearFit;
 use crate::kernel::QuarticSpline;
 use crate::neighbors::CellList;
 use crate::particles::Column;
@@ -79,18 +80,6 @@ impl PointWeights {
         (0..self.len() * c).into_par_iter().map(|k| self.value(column, k % c, k / c)).collect()
     }
 
-    /// Spreads a force at each point over the particles, into `force` (component by component).
-    pub fn spread(&self, point_force: &[Vec3], force: &mut [f64]) {
-        let n = force.len() / 3;
-        for (i, f) in point_force.iter().enumerate().filter(|(_, f)| f.norm_squared() > 0.0) {
-            for &(a, w) in self.row(i) {
-                for c in 0..3 {
-                    force[c * n + a as usize] += w * f[c];
-                }
-            }
-        }
-    }
-
     /// The mean over the points with these weights, as one (particle, weight) list.
     pub fn mean(&self, point_weight: &[f64], particles: usize) -> Vec<(u32, f64)> {
         let total: f64 = point_weight.iter().sum();
@@ -131,7 +120,9 @@ impl<'a> Cloud<'a> {
         found
     }
 
-    fn weights_at(&self, x: &Vec3) -> Vec<(u32, f64)> {
+    /// The linear fit around `x`: the particles that it rests on, and their moments. Its support grows until
+    /// the fit is well posed.
+    pub fn fit_at(&self, x: &Vec3) -> LinearFit {
         let (dx, positions) = (self.spacing, self.positions);
         let enough = FEWEST.min(positions.len());
         let mut radius = 2.5 * SMOOTHING * dx;
@@ -154,34 +145,35 @@ impl<'a> Cloud<'a> {
                 let near = if self.sharp { (d / dx).powi(2) + SHARPNESS } else { 1.0 };
                 kernel.value(d) / near
             };
+            let mut fit = LinearFit { centre: *x, h, inverse: Matrix4::zeros(), weights: Vec::new() };
             let mut moment = Matrix4::zeros();
-            let basis = |a: usize| {
-                let r = (positions[a] - x) / h;
-                Vector4::new(1.0, r.x, r.y, r.z)
-            };
             for &(a, d) in &near {
-                let p = basis(a);
+                let p = fit.basis(&positions[a]);
                 moment += weight(d) * p * p.transpose();
             }
             let eigen = moment.symmetric_eigen();
-            let well_posed = eigen.eigenvalues.min() > WORST_CONDITION * eigen.eigenvalues.max();
+            let largest = eigen.eigenvalues.max();
+            let well_posed = eigen.eigenvalues.min() > WORST_CONDITION * largest;
             if !well_posed && attempt < 12 {
                 h *= 1.2;
                 continue;
             }
-            let largest = eigen.eigenvalues.max();
-            let mut coefficient = Vector4::zeros();
             for (value, v) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
                 if *value > 1e-12 * largest {
-                    coefficient += v * (v[0] / value);
+                    fit.inverse += (v / *value) * v.transpose();
                 }
             }
-            return near
-                .iter()
-                .map(|&(a, d)| (a as u32, coefficient.dot(&basis(a)) * weight(d)))
-                .filter(|(_, w)| *w != 0.0)
-                .collect();
+            fit.weights =
+                near.iter().map(|&(a, d)| (a as u32, weight(d))).filter(|(_, w)| *w != 0.0).collect();
+            return fit;
         }
         unreachable!("the loop returns")
+    }
+
+    fn weights_at(&self, x: &Vec3) -> Vec<(u32, f64)> {
+        let fit = self.fit_at(x);
+        let coefficient: Vector4<f64> = fit.inverse.column(0).into();
+        let weight = |&(a, w): &(u32, f64)| (a, coefficient.dot(&fit.basis(&self.positions[a as usize])) * w);
+        fit.weights.iter().map(weight).filter(|(_, w)| *w != 0.0).collect()
     }
 }

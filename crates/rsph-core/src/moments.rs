@@ -2,8 +2,7 @@
 //! inverses, and the area vectors that follow from them.
 
 use crate::boundary::mirror::Mirror;
-use crate::kernel::QuarticSpline;
-use crate::lattice::{Lattice, NO_PARTICLE};
+use crate::lattice::Lattice;
 use crate::tensor::{Mat3, Vec3};
 use rayon::prelude::*;
 
@@ -29,7 +28,6 @@ pub struct Moments {
 
 /// The moments of all particles.
 pub fn moments(lattice: &Lattice, volume: &[f64], mirror: &Mirror) -> Vec<Moments> {
-    let stencil = stencil(lattice);
     (0..lattice.len())
         .into_par_iter()
         .map(|a| {
@@ -39,10 +37,9 @@ pub fn moments(lattice: &Lattice, volume: &[f64], mirror: &Mirror) -> Vec<Moment
                 first += vw * x;
                 zeroth += vw;
             };
-            for (shift, x, w) in &stencil {
-                let b = lattice.particle_at[lattice.cell_of[a].wrapping_add_signed(*shift)];
-                if b != NO_PARTICLE {
-                    add(volume[b as usize] * w, x);
+            for neighbour in &lattice.neighbours {
+                if let Some(b) = lattice.neighbour(a, neighbour) {
+                    add(volume[b] * neighbour.w, &neighbour.x);
                 }
             }
             for ghost in mirror.ghosts_of(a) {
@@ -51,24 +48,6 @@ pub fn moments(lattice: &Lattice, volume: &[f64], mirror: &Mirror) -> Vec<Moment
             let (correction, second) = pseudo_inverse(&second, SMALLEST_MOMENT * lattice.full_moment);
             Moments { volume: volume[a], correction, second, first, zeroth }
         })
-        .collect()
-}
-
-/// Index shift in the padded box, X and w of every neighbour.
-pub fn stencil(lattice: &Lattice) -> Vec<(isize, Vec3, f64)> {
-    let kernel = QuarticSpline::<3>::new(lattice.smoothing_length);
-    lattice
-        .offsets
-        .iter()
-        .flat_map(|o| {
-            let reach = o.reach as isize;
-            (-reach..=reach).map(move |d| {
-                let x = Vec3::new(d as f64 * lattice.spacing, o.y, o.z);
-                (o.rows * lattice.stride as isize + d, x)
-            })
-        })
-        .filter(|(_, x)| x.norm() > 0.0 && x.norm() < kernel.support() * (1.0 - 1e-9))
-        .map(|(shift, x)| (shift, x, kernel.gradient_weight(x.norm())))
         .collect()
 }
 
@@ -97,7 +76,6 @@ fn pseudo_inverse(m: &Mat3, smallest: f64) -> (Mat3, Mat3) {
 /// undeformed area. `stretch` holds F = d xi / d X where the lattice was laid on a deformed body, and is
 /// empty where it was not.
 pub fn area_vectors(lattice: &Lattice, moments: &[Moments], mirror: &Mirror, stretch: &[Mat3]) -> Vec<Vec3> {
-    let stencil = stencil(lattice);
     let corrections: Vec<Mat3> = moments
         .iter()
         .enumerate()
@@ -107,11 +85,9 @@ pub fn area_vectors(lattice: &Lattice, moments: &[Moments], mirror: &Mirror, str
         .into_par_iter()
         .map(|a| {
             let mut sum = corrections[a] * moments[a].first;
-            for (shift, x, w) in &stencil {
-                let b = lattice.particle_at[lattice.cell_of[a].wrapping_add_signed(*shift)];
-                if b != NO_PARTICLE {
-                    let b = b as usize;
-                    sum += moments[b].volume * *w * (corrections[b] * x);
+            for neighbour in &lattice.neighbours {
+                if let Some(b) = lattice.neighbour(a, neighbour) {
+                    sum += moments[b].volume * neighbour.w * (corrections[b] * neighbour.x);
                 }
             }
             for ghost in mirror.ghosts_of(a) {

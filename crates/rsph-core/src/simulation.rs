@@ -261,6 +261,11 @@ impl Simulation {
 
     /// Advances by `dt`; false if the scheme wants a shorter step and nothing was done.
     fn step_by(&mut self, dt: f64) -> Result<bool, Failure> {
+        // The whole step inside the thread pool: entering it for every sum costs more than small sums.
+        rayon::scope(|_| self.step_inside(dt))
+    }
+
+    fn step_inside(&mut self, dt: f64) -> Result<bool, Failure> {
         let dynamics = self.model.dynamics_mut();
         let step = match self.integrator.step(dynamics, &mut self.particles, self.time, dt) {
             Ok(step) => step,

@@ -1,5 +1,9 @@
 //! Vector fields over the undeformed body: initial values and given velocities.
 
+mod free_beam;
+
+pub use free_beam::FreeBeamMode;
+
 use crate::tensor::{Mat3, Vec3};
 use std::sync::Arc;
 
@@ -36,6 +40,8 @@ pub enum VectorField {
         /// Phase (rad).
         phase: f64,
     },
+    /// A bending mode of a beam with free ends.
+    FreeBeam(FreeBeamMode),
     /// Any function of the reference positions, all of them at once: one vector for each.
     Function(Arc<PointwiseFunction>),
 }
@@ -49,6 +55,7 @@ impl std::fmt::Debug for VectorField {
             Self::Wave { constant, amplitude, wave_number, phase } => {
                 write!(f, "Wave({constant:?}, {amplitude:?}, {wave_number:?}, {phase})")
             }
+            Self::FreeBeam(mode) => write!(f, "FreeBeam({mode:?})"),
             Self::Function(_) => write!(f, "Function"),
         }
     }
@@ -70,6 +77,7 @@ impl VectorField {
             Self::Wave { constant, amplitude, wave_number, phase } => {
                 constant + amplitude * (std::f64::consts::TAU * wave_number.dot(x) + phase).cos()
             }
+            Self::FreeBeam(mode) => mode.at(x),
             Self::Function(f) => f(&[*x]).first().copied().unwrap_or_else(Vec3::zeros),
         }
     }

@@ -1,9 +1,10 @@
 //! Whole simulations against exact answers, and what must hold in every one of them.
 
 use rsph_core::boundary::load::{LoadedBody, nodal_loads};
+use rsph_core::boundary::skin::Carriers;
 use rsph_core::error::FailureKind;
 use rsph_core::material::KelvinVoigt;
-use rsph_core::mls::{Cloud, PointWeights};
+use rsph_core::mls::Cloud;
 use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::{Resolution, sample};
@@ -144,8 +145,6 @@ fn loads_on_a_curved_organ_keep_force_and_moment() {
     let body = sample(&liver, Resolution::Particles(1000), &[]).unwrap();
     let dx = body.grid.spacing;
     let positions: Vec<Vec3> = body.cells.iter().map(|c| body.grid.centre(*c)).collect();
-    let cloud = Cloud::new(&positions, dx);
-    let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
     let mass = vec![1.0; positions.len()];
     let loaded = LoadedBody {
         shape: &liver,
@@ -156,7 +155,6 @@ fn loads_on_a_curved_organ_keep_force_and_moment() {
         face_depth: 3.3 * 1.25 * dx,
         face_tolerance: 0.01,
         tolerance: 1e-3 * dx,
-        skin: None,
     };
     let ramp = Ramp::default();
     let patch = LoadKind::Patch {
@@ -166,10 +164,13 @@ fn loads_on_a_curved_organ_keep_force_and_moment() {
         direction: -Vec3::y(),
     };
     let pressure = LoadKind::Pressure { region: Region::All, pressure: 100.0 };
-    let loads = nodal_loads(&[Load { kind: patch, ramp }, Load { kind: pressure, ramp }], &loaded, weights);
-    let loads = loads.unwrap();
+    let loads = [Load { kind: patch, ramp }, Load { kind: pressure, ramp }];
+    let cloud = Cloud::new(&positions, dx);
+    let fits = |places: &[Vec3]| places.iter().map(|x| cloud.fit_at(x)).collect();
+    let loads =
+        nodal_loads(&loads, &loaded, &mut None, &Carriers { positions: &positions, fits: &fits }).unwrap();
     // The same quadrature, summed without particles.
-    let points = rsph_core::boundary::surface_load::quadrature(liver.surface(), 0.5 * dx);
+    let panels = rsph_core::boundary::surface_load::panels(liver.surface(), 0.5 * dx);
     let patch = rsph_core::boundary::patch::Patch::on(
         liver.surface(),
         270.0,
@@ -180,11 +181,17 @@ fn loads_on_a_curved_organ_keep_force_and_moment() {
     let n = positions.len();
     for (i, load) in loads.iter().enumerate() {
         let (mut force, mut moment, mut scale) = (Vec3::zeros(), Vec3::zeros(), 0.0);
-        for p in &points {
-            let f = p.area * if i == 0 { patch.traction(p) } else { -100.0 * p.normal };
+        let mut add = |x: &Vec3, f: &Vec3| {
             force += f;
-            moment += p.x.cross(&f);
+            moment += x.cross(f);
             scale += f.norm();
+        };
+        for (panel, corners) in &panels {
+            if i == 0 {
+                patch.with_traction(|traction| traction.on(panel, corners, &mut add));
+            } else {
+                add(&panel.centre.x, &(-100.0 * panel.centre.area * panel.centre.normal));
+            }
         }
         let at = |a: usize| Vec3::from_fn(|c, _| load.force[c * n + a]);
         let total: Vec3 = (0..n).map(at).sum();

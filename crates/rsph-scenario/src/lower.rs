@@ -7,8 +7,8 @@ mod parts;
 mod probes;
 
 use crate::scenario::{
-    BodyTable, Document, FormulationName, Integrator, KeyPath, LoadedScenario, ModeName, Scenario,
-    ScenarioError, SolverTable, TimeStepValue, TimeTable, UnitsName,
+    BodyTable, Document, FieldTable, FormulationName, Integrator, KeyPath, LoadedScenario, ModeName,
+    Scenario, ScenarioError, SolverTable, TimeStepValue, TimeTable, UnitsName,
 };
 use crate::shape_of::shape_of;
 use checks::{positive, zero_or_more};
@@ -80,9 +80,12 @@ impl LoadedScenario {
         let large_strain = material.finite_strain().is_some();
         let remesh = motion::remesh(doc, tables, &mechanics, large_strain)?;
         let solver = solver(doc, &tables.solver, &mechanics, large_strain)?;
+        let initial = |key: &str, table: &Option<FieldTable>| {
+            parts::field(doc, &KeyPath::from("initial").key(key), table.as_ref())
+        };
         let initial = Initial {
-            displacement: parts::field(tables.initial.displacement.as_ref()),
-            velocity: parts::field(tables.initial.velocity.as_ref()),
+            displacement: initial("displacement", &tables.initial.displacement)?,
+            velocity: initial("velocity", &tables.initial.velocity)?,
         };
         let boundaries = parts::boundaries(doc, &tables.boundary)?;
         let mode = mode(doc, tables)?;

@@ -58,6 +58,24 @@ fn every_kind_of_part_is_understood() {
 }
 
 #[test]
+fn a_beam_starts_in_its_mode_or_is_refused_at_the_key() {
+    let beam = include_str!("../../../scenarios/oscillating_beam.toml");
+    let velocity = lower(beam, &[]).unwrap().setup.initial.velocity;
+    let at = |x: f64, y: f64| velocity.at(&[x, y, 0.05].into());
+    assert!((at(0.0, 0.05).y - 0.01).abs() < 1e-12 && (at(1.0, 0.05).y - 0.01).abs() < 1e-10);
+    assert!(at(0.5, 0.05).y < -0.005, "the middle goes the other way");
+    assert!(at(0.0, 0.1).x > 0.0 && at(0.0, 0.0).x < 0.0, "sections turn with the axis");
+    for (set, key) in [
+        ("initial.velocity.free_beam.amplitude=[0.01, 0.0, 0.0]", "initial.velocity.free_beam.amplitude"),
+        ("initial.velocity.free_beam.end=[0.0, 0.05, 0.05]", "initial.velocity.free_beam.end"),
+        ("initial.velocity.free_beam.number=0", "initial.velocity.free_beam.number"),
+    ] {
+        let error = lower(beam, &[set]).unwrap_err().to_string();
+        assert!(error.contains(key), "{error}");
+    }
+}
+
+#[test]
 fn the_scenario_as_run_is_read_back_the_same() {
     let sets =
         ["time.until=0.5".to_owned(), "solver.smoothing=1.5".to_owned(), "body.spacing=0.2".to_owned()];

@@ -15,6 +15,8 @@ Templates:
   tensile_liver         tensile test of a cube, stiff
   tensile_kidney        tensile test of a cube, soft: it overshoots
   hanging_column        a column under its own weight
+  oscillating_bar       a free bar that swings along its axis
+  oscillating_beam      a free beam that bends to and fro
   block_large_strain    a plane block, pulled by 40 % and remeshed
   deformation           a sphere that a given velocity field tears
   deformation_remeshed  the same with remeshing: it stays whole
@@ -38,6 +40,8 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("tensile_liver_remeshed", include_str!("../../../../scenarios/tensile_liver_remeshed.toml")),
     ("tensile_kidney", include_str!("../../../../scenarios/tensile_kidney.toml")),
     ("hanging_column", include_str!("../../../../scenarios/hanging_column.toml")),
+    ("oscillating_bar", include_str!("../../../../scenarios/oscillating_bar.toml")),
+    ("oscillating_beam", include_str!("../../../../scenarios/oscillating_beam.toml")),
     ("block_large_strain", include_str!("../../../../scenarios/block_large_strain.toml")),
     ("deformation", include_str!("../../../../scenarios/deformation.toml")),
     ("deformation_remeshed", include_str!("../../../../scenarios/deformation_remeshed.toml")),

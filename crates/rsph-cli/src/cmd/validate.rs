@@ -3,20 +3,25 @@
 use crate::exit::{Code, Trouble};
 use crate::output::{number, print};
 use clap::Args;
-use rsph_scenario::validation::{self, Row};
+use rsph_scenario::validation::report::{self, Conditions};
+use rsph_scenario::validation::{self, CASES, Row};
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// Where a checkout has the READMEs and figures of the cases, and gets the report.
+const DOCUMENTS: &str = "validation";
 
 /// Run the reproductions of the paper and the benchmarks, and compare with known values
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Prints a table: name, measured, reference, bound, pass. Exit code 1 if a bound is missed. Figures
-(SVG) and their curves (CSV) go to a folder.
+(SVG) and their curves (CSV) go to a folder, everything on one page to a report.
 
 Examples:
   rsph validate                  all of them
   rsph validate all --quick      all of them, shortened
-  rsph validate tensile --json rows.json")]
+  rsph validate --list           what there is
+  rsph validate tensile --json rows.json --report tensile.html")]
 pub struct Arguments {
     /// Which checks; all of them if none is named
     #[arg(value_name = "NAME")]
@@ -24,15 +29,25 @@ pub struct Arguments {
     /// Shorter and coarser versions
     #[arg(long)]
     quick: bool,
+    /// Print the names of the checks and what each compares, and run none
+    #[arg(long)]
+    list: bool,
     /// Where figures and curves go
     #[arg(long, value_name = "DIR", default_value = "out/validation")]
     output: PathBuf,
     /// Write the rows to this file as JSON as well
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Write a page with all rows and figures to this file; in a checkout, validation/report.html without it
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
 }
 
 pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
+    if arguments.list {
+        print(&list())?;
+        return Ok(Code::Good);
+    }
     let all = arguments.names.iter().any(|n| n == "all");
     let names = if all { vec![] } else { arguments.names.clone() };
     if let Some(stranger) = names.iter().find(|n| !validation::names().any(|known| known == *n)) {
@@ -42,18 +57,34 @@ pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
             format!("known: all {}", known.join(" ")),
         ));
     }
+    let documents = Path::new(DOCUMENTS);
+    let page = arguments
+        .report
+        .clone()
+        .or_else(|| documents.join("README.md").is_file().then(|| documents.join("report.html")));
+    let conditions = Conditions::now(arguments.quick, rayon::current_num_threads());
+    // Whether files can be written is found out before hours of computing, not after.
     if let Some(path) = &arguments.json {
-        // Before hours of computing, not after.
         write_json(path, &[])?;
     }
+    if let Some(path) = &page {
+        write_report(path, &[], &conditions)?;
+    }
     let mut progress = |name: &str| tracing::info!("{name}");
-    let rows = validation::run(&names, arguments.quick, &arguments.output, &mut progress)
+    let outcomes = validation::run(&names, arguments.quick, &arguments.output, &mut progress)
         .map_err(|e| Trouble::system(e.to_string(), "see `rsph validate --help`"))?;
+    let rows: Vec<Row> = outcomes.iter().flat_map(|o| o.rows.clone()).collect();
     if let Some(path) = &arguments.json {
         write_json(path, &rows)?;
     }
+    if let Some(path) = &page {
+        write_report(path, &outcomes, &conditions)?;
+    }
     print(&table(&rows))?;
     tracing::info!("figures and curves in {}", arguments.output.display());
+    if let Some(path) = &page {
+        tracing::info!("report in {}", path.display());
+    }
     Ok(if rows.iter().all(|r| r.pass) { Code::Good } else { Code::BoundMissed })
 }
 
@@ -62,6 +93,24 @@ fn write_json(path: &PathBuf, rows: &[Row]) -> Result<(), Trouble> {
         .map_err(std::io::Error::from)
         .and_then(|text| std::fs::write(path, text))
         .map_err(|e| Trouble::input(format!("cannot write {}: {e}", path.display()), "choose another file"))
+}
+
+fn write_report(
+    path: &Path,
+    outcomes: &[validation::Outcome],
+    conditions: &Conditions,
+) -> Result<(), Trouble> {
+    report::write(path, outcomes, conditions, Path::new(DOCUMENTS))
+        .map_err(|e| Trouble::input(e.to_string(), "choose another file with --report"))
+}
+
+/// Names and what they compare, one to a line.
+fn list() -> String {
+    let width = validation::names().map(str::len).max().unwrap_or(0);
+    CASES.iter().fold(String::new(), |mut text, case| {
+        let _ = writeln!(text, "{:width$}  {}", case.name, case.about);
+        text
+    })
 }
 
 fn table(rows: &[Row]) -> String {
@@ -97,6 +146,7 @@ mod tests {
             bound: "within 2 %".into(),
             unit: "1".into(),
             pass,
+            paper: None,
         };
         let text = table(&[row("a long name", true), row("b", false)]);
         let lines: Vec<&str> = text.lines().collect();

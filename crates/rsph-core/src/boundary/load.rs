@@ -4,18 +4,16 @@ use crate::boundary::body_force::body_force;
 use crate::boundary::flat_face::Face;
 use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::patch::Patch;
-use crate::boundary::surface_load::{Skin, SurfacePoint, graded_quadrature};
+use crate::boundary::skin::{Carriers, Skin};
+use crate::boundary::surface_load::{SurfacePoint, Traction};
 use crate::boundary::tag::no_particle;
 use crate::error::InvalidInput;
-use crate::mls::PointWeights;
 use crate::region::Region;
 use crate::setup::{Load, LoadKind};
 use crate::shape::Shape;
 use crate::tensor::Vec3;
 
-/// Longest triangle edge of the surface quadrature, in spacings.
-const RESOLUTION: f64 = 0.5;
-/// The same where the rim of a region cuts a triangle, of which all or nothing is loaded.
+/// Longest triangle edge of the surface quadrature, in spacings, where the rim of a region cuts a triangle, of which all or nothing is loaded.
 const RESOLUTION_AT_RIM: f64 = 0.02;
 
 /// The body as loads see it.
@@ -37,57 +35,49 @@ pub struct LoadedBody<'a> {
     pub face_tolerance: f64,
     /// Tolerance of regions (a length).
     pub tolerance: f64,
-    /// The surface's quadrature, if it is kept.
-    pub skin: Option<&'a Skin>,
 }
 
-/// Longest triangle edge of the surface quadrature at that spacing.
-pub fn quadrature_edge(spacing: f64) -> f64 {
-    RESOLUTION * spacing
-}
+/// Forces on the particles of a load, by its number, that is a traction on the triangles.
+type OnSurface<'a> = dyn FnMut(usize, &Traction<'_>) -> Result<Vec<f64>, InvalidInput> + 'a;
 
-/// The forces of every load; `weights` gives moving-least-squares weights at a list of points.
+/// The forces of every load. `skin` is made of `carriers` when the first load needs it.
 ///
 /// # Errors
 /// `load[i]...` when a load acts on nothing.
 pub fn nodal_loads(
     loads: &[Load],
     body: &LoadedBody<'_>,
-    weights: impl Fn(&[Vec3]) -> PointWeights,
+    skin: &mut Option<Skin>,
+    carriers: &Carriers<'_>,
 ) -> Result<Vec<NodalLoad>, InvalidInput> {
-    let edge = quadrature_edge(body.spacing);
-    let on_surface = |i: usize, points: &[SurfacePoint], traction: &dyn Fn(&SurfacePoint) -> Vec3| {
-        let loaded: Vec<(Vec3, Vec3)> = points
-            .iter()
-            .map(|p| (p.x, traction(p) * p.area))
-            .filter(|(_, f)| f.norm_squared() > 0.0)
-            .collect();
-        if loaded.is_empty() {
-            return Err(InvalidInput::new(
+    let mut on_surface = |i: usize, traction: &Traction<'_>| {
+        let skin = skin.get_or_insert_with(|| Skin::new(body.shape.surface(), body.spacing, carriers));
+        skin.force(body.mass.len(), traction).ok_or_else(|| {
+            InvalidInput::new(
                 format!("load[{i}]"),
                 "(this load)",
                 "acts on no part of the surface",
                 "check the region or centre, the direction and the signs; the surface lies within the \
                  body's bounding box",
-            ));
-        }
-        let (x, f): (Vec<Vec3>, Vec<Vec3>) = loaded.into_iter().unzip();
-        let mut force = vec![0.0; 3 * body.mass.len()];
-        weights(&x).spread(&f, &mut force);
-        Ok(force)
+            )
+        })
     };
     // A uniform traction on whole flat faces, or any other on the triangles.
-    let on_region = |i: usize, region: &Region, traction: &dyn Fn(&Vec3) -> Vec3| {
+    let on_region = |on_surface: &mut OnSurface<'_>,
+                     i: usize,
+                     region: &Region,
+                     traction: &(dyn Fn(&Vec3) -> Vec3 + Sync)| {
         flat_faces(body, region, traction).map_or_else(
             || {
                 let loaded = |x: &Vec3, n: &Vec3| region.contains_on_surface(x, n, body.tolerance);
-                let points = graded_quadrature(body.shape.surface(), &|corners, n| {
-                    let cut = corners.iter().any(|x| loaded(x, n) != loaded(&corners[0], n));
-                    if cut { RESOLUTION_AT_RIM * body.spacing } else { edge }
-                });
-                on_surface(i, &points, &|p| {
+                let at = |p: &SurfacePoint| {
                     if loaded(&p.x, &p.normal) { traction(&p.normal) } else { Vec3::zeros() }
-                })
+                };
+                let resolution = |corners: &[Vec3; 3], n: &Vec3| {
+                    let cut = corners.iter().any(|x| loaded(x, n) != loaded(&corners[0], n));
+                    if cut { RESOLUTION_AT_RIM * body.spacing } else { f64::INFINITY }
+                };
+                on_surface(i, &Traction { at: &at, reaches: &|_| true, resolution: &resolution, smooth: 0.0 })
             },
             Ok,
         )
@@ -99,25 +89,19 @@ pub fn nodal_loads(
             let force = match &load.kind {
                 // A baseline without load is a load of zero, wherever it acts.
                 kind if kind.is_zero() => Ok(vec![0.0; 3 * body.mass.len()]),
-                LoadKind::Traction { region, traction } => on_region(i, region, &|_| *traction),
-                LoadKind::Pressure { region, pressure } => on_region(i, region, &|n| -*pressure * n),
+                LoadKind::Traction { region, traction } => {
+                    on_region(&mut on_surface, i, region, &|_| *traction)
+                }
+                LoadKind::Pressure { region, pressure } => {
+                    on_region(&mut on_surface, i, region, &|n| -*pressure * n)
+                }
                 LoadKind::BodyForce { region, acceleration } => {
                     body_force(body.mass, body.positions, region, acceleration, body.tolerance)
                         .ok_or_else(|| no_particle(&format!("load[{i}].region"), region, body.positions))
                 }
                 LoadKind::Patch { pressure, centre, radius, direction } => {
                     let patch = Patch::on(body.shape.surface(), *pressure, centre, *radius, direction);
-                    if let Some(skin) = body.skin.filter(|s| patch.is_resolved_by(s.edge)) {
-                        let force = skin.force(body.mass.len(), &|p| patch.traction(p));
-                        if force.iter().any(|f| *f != 0.0) {
-                            return Ok(NodalLoad { force, ramp: load.ramp });
-                        }
-                    }
-                    // A patch may be smaller than the particles.
-                    let points = graded_quadrature(body.shape.surface(), &|corners, _| {
-                        patch.resolution(edge, corners)
-                    });
-                    on_surface(i, &points, &|p| patch.traction(p))
+                    patch.with_traction(|traction| on_surface(i, traction))
                 }
             }?;
             Ok(NodalLoad { force, ramp: load.ramp })

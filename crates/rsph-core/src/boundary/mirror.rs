@@ -8,8 +8,12 @@
 
 use crate::kernel::QuarticSpline;
 use crate::lattice::Lattice;
+use crate::ops::{Fold, Folds};
 use crate::setup::Motion;
 use crate::tensor::Vec3;
+
+/// Distance from a cell face, in cells, within which a plane counts as lying on it.
+const ON_FACE: f64 = 1e-9;
 
 /// An axis-aligned mirror plane.
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +53,8 @@ pub struct Group {
     pub reflection: Vec3,
     /// s, the sign with which each component is mirrored.
     pub sign: Vec3,
+    /// Whether all of its planes are folds of the lattice.
+    pub folded: bool,
 }
 
 impl Group {
@@ -65,7 +71,7 @@ impl Group {
                         sign[i] *= if plane.fix[i] { -1.0 } else { 1.0 };
                     }
                 }
-                Self { planes: group, reflection, sign }
+                Self { planes: group, reflection, sign, folded: false }
             })
             .collect()
     }
@@ -99,17 +105,31 @@ impl Group {
 #[derive(Clone, Debug, Default)]
 pub struct Mirror {
     planes: Vec<MirrorPlane>,
+    /// Planes on cell faces: the kernel sums of the lattice see the images of particles there by
+    /// themselves.
+    folds: Folds,
     groups: Vec<Group>,
     starts: Vec<u32>,
     ghosts: Vec<Ghost>,
 }
 
 impl Mirror {
-    /// The ghosts of `lattice`'s particles at the undeformed `positions`.
-    pub fn new(lattice: &Lattice, origin: &Vec3, positions: &[Vec3], planes: Vec<MirrorPlane>) -> Self {
+    /// The ghosts of `lattice`'s particles at the undeformed `positions`; `body(a)` says whether sums see
+    /// particle a.
+    pub fn new(
+        lattice: &Lattice,
+        positions: &[Vec3],
+        planes: Vec<MirrorPlane>,
+        body: impl Fn(usize) -> bool,
+    ) -> Self {
+        let origin = lattice.origin;
         let kernel = QuarticSpline::<3>::new(lattice.smoothing_length);
         let support = kernel.support() * (1.0 - 1e-9);
-        let groups = Group::all(&planes);
+        let of_plane: Vec<Option<Fold>> = planes.iter().map(|p| fold(lattice, positions, p, &body)).collect();
+        let mut groups = Group::all(&planes);
+        for group in &mut groups {
+            group.folded = group.planes.iter().all(|&p| of_plane[p].is_some());
+        }
         let (mut starts, mut ghosts) = (vec![0], Vec::new());
         for (a, x_a) in positions.iter().enumerate() {
             for (g, group) in groups.iter().enumerate() {
@@ -145,7 +165,9 @@ impl Mirror {
             starts.push(ghosts.len() as u32);
             debug_assert_eq!(starts.len(), a + 2);
         }
-        Self { planes, groups, starts, ghosts }
+        let of_plane: Vec<Fold> = of_plane.into_iter().flatten().collect();
+        let folds = Folds::new(&of_plane);
+        Self { planes, folds, groups, starts, ghosts }
     }
 
     /// The ghosts that particle `a` sees.
@@ -155,6 +177,27 @@ impl Mirror {
             return &[];
         }
         &self.ghosts[self.starts[a] as usize..self.starts[a + 1] as usize]
+    }
+
+    /// The planes that the sums of the lattice know of.
+    pub fn folds(&self) -> &Folds {
+        &self.folds
+    }
+
+    /// Whether the sums of the lattice see a ghost by themselves; if not they must be completed.
+    #[inline(always)]
+    pub fn is_folded(&self, ghost: &Ghost) -> bool {
+        self.groups[ghost.group as usize].folded
+    }
+
+    /// Whether there are ghosts that the sums of the lattice do not see.
+    pub fn has_others(&self) -> bool {
+        self.groups.iter().any(|g| !g.folded)
+    }
+
+    /// Whether there is any ghost.
+    pub fn is_empty(&self) -> bool {
+        self.ghosts.is_empty()
     }
 
     /// Number of groups.
@@ -181,4 +224,23 @@ impl Mirror {
             });
         }
     }
+}
+
+/// The fold of a plane that lies on cell faces.
+fn fold(
+    lattice: &Lattice,
+    positions: &[Vec3],
+    plane: &MirrorPlane,
+    body: impl Fn(usize) -> bool,
+) -> Option<Fold> {
+    let face = (plane.at - lattice.origin[plane.axis]) / lattice.spacing;
+    if (face - face.round()).abs() > ON_FACE {
+        return None;
+    }
+    let side: f64 = (0..positions.len())
+        .filter(|&a| body(a))
+        .map(|a| (positions[a][plane.axis] - plane.at).signum())
+        .sum();
+    let sign = plane.fix.map(|held| if held { -1.0 } else { 1.0 });
+    Some(Fold { axis: plane.axis, face: face.round() as isize, above: side >= 0.0, sign })
 }

@@ -8,6 +8,7 @@ pub mod load;
 pub mod mirror;
 pub mod nodal_load;
 pub mod patch;
+pub mod skin;
 pub mod surface_load;
 pub mod tag;
 pub mod traction_free;

@@ -1,7 +1,7 @@
 //! The smeared local load of Figs. 6 and 7: a Gaussian pressure on the part of the surface that faces
 //! the push.
 
-use crate::boundary::surface_load::SurfacePoint;
+use crate::boundary::surface_load::{Panel, SurfacePoint, Traction};
 use crate::mesh::TriangleMesh;
 use crate::setup::PatchCentre;
 use crate::tensor::Vec3;
@@ -14,6 +14,8 @@ const RIGHT_PART: f64 = 0.6;
 const CUTOFF: f64 = 6.0;
 /// Longest triangle edge of the quadrature, in radii: the total force is then exact to 1e-4.
 const RESOLUTION: f64 = 0.25;
+/// The same where one point in the middle of each triangle does.
+const RESOLUTION_OF_CENTRES: f64 = 0.1;
 
 /// A patch load whose centre and radius are known.
 #[derive(Clone, Copy, Debug)]
@@ -58,23 +60,26 @@ impl Patch {
         }
     }
 
-    /// Whether triangles with edges up to `edge` are fine enough for it.
-    pub fn is_resolved_by(&self, edge: f64) -> bool {
-        edge <= RESOLUTION * self.radius
-    }
-
-    /// Longest edge of a quadrature triangle with these corners, no longer than `longest`.
-    pub fn resolution(&self, longest: f64, corners: &[Vec3; 3]) -> f64 {
-        let size = (corners[1] - corners[0]).norm().max((corners[2] - corners[0]).norm());
-        let reached = (corners[0] - self.centre).norm() < CUTOFF * self.radius + size;
-        if reached { longest.min(RESOLUTION * self.radius) } else { f64::INFINITY }
+    /// Calls `act` with this load as a traction and the quadrature that it wants.
+    pub fn with_traction<T>(&self, act: impl FnOnce(&Traction<'_>) -> T) -> T {
+        act(&Traction {
+            at: &|p| self.traction(p),
+            reaches: &|panel| {
+                let Panel { centre, edge } = panel;
+                let reach = CUTOFF * self.radius + edge;
+                centre.normal.dot(&self.direction) < 0.0
+                    && (centre.x - self.centre).norm_squared() < reach * reach
+            },
+            resolution: &|_, _| RESOLUTION * self.radius,
+            smooth: RESOLUTION_OF_CENTRES * self.radius,
+        })
     }
 
     /// Traction at a surface point: p exp(-d^2/r^2) on the side that faces against the direction.
     pub fn traction(&self, point: &SurfacePoint) -> Vec3 {
-        let d = (point.x - self.centre).norm() / self.radius;
-        if point.normal.dot(&self.direction) < 0.0 && d < CUTOFF {
-            self.direction * (self.pressure * (-d * d).exp())
+        let square = (point.x - self.centre).norm_squared() / (self.radius * self.radius);
+        if point.normal.dot(&self.direction) < 0.0 && square < CUTOFF * CUTOFF {
+            self.direction * (self.pressure * (-square).exp())
         } else {
             Vec3::zeros()
         }

@@ -13,13 +13,14 @@ use crate::boundary::nodal_load::NodalLoad;
 use crate::lattice::Lattice;
 use crate::material::{Material, Tangent};
 use crate::moments::{Moments, moments};
-use crate::ops::{self, PAIR_COMPONENTS, PerParticle};
+use crate::ops::{self, PAIR_COMPONENTS};
 use crate::particles::{Column, Field, Particles};
 use crate::tensor::{Mat3, SymTensor, Vec3};
+use crate::tiles::Tile;
 use linear::Constants;
 use rayon::prelude::*;
 use std::sync::Arc;
-use sweeps::{undeformed, vector};
+use sweeps::{Spread, undeformed};
 
 /// Particles that one partial sum covers: fixed, so that sums do not depend on the thread count.
 const PARTICLES_A_SUM: usize = 1024;
@@ -55,14 +56,12 @@ pub struct Elastic {
 /// Derived fields that every evaluation of the rates reuses.
 #[derive(Clone, Debug)]
 struct Workspace {
-    /// V (u + T v), box field of 3.
-    q: Vec<f64>,
-    /// T_a and the force that needs no neighbour's T, box field of 12.
-    pair: Vec<f64>,
-    /// sum w T_b X, box field of 3.
-    adjoint: Vec<f64>,
-    /// u + T v, component by component.
-    effective: Vec<f64>,
+    /// V (u + T v), tiled field of 3.
+    q: Vec<Tile>,
+    /// T_a and the force that needs no neighbour's T, tiled field of 12.
+    pair: Vec<Tile>,
+    /// sum w T_b X, tiled field of 3.
+    adjoint: Vec<Tile>,
     /// Load at this moment, component by component.
     load: Vec<f64>,
     /// (1 - s) u_D of each ghost group, and its rate.
@@ -93,10 +92,9 @@ impl Elastic {
         }
         let groups = mirror.group_count();
         let work = Workspace {
-            q: ops::box_field(&lattice, 3),
-            pair: ops::box_field(&lattice, PAIR_COMPONENTS),
-            adjoint: ops::box_field(&lattice, 3),
-            effective: vec![0.0; 3 * n],
+            q: lattice.tiles.field(3),
+            pair: lattice.tiles.field(PAIR_COMPONENTS),
+            adjoint: lattice.tiles.field(3),
             load: vec![0.0; 3 * n],
             offset: vec![Vec3::zeros(); groups],
             offset_rate: vec![Vec3::zeros(); groups],
@@ -142,15 +140,23 @@ impl Elastic {
         self.work.offset_rate.fill(Vec3::zeros());
         self.spread(x, None);
         self.stress_sweep();
-        ops::adjoint_sums(&self.lattice, &self.work.pair, &mut self.work.adjoint);
+        ops::adjoint_sums(&self.lattice, self.mirror.folds(), &self.work.pair, &mut self.work.adjoint);
         let (yx, yyz) = y.split_at_mut(n);
         let (yy, yz) = yyz.split_at_mut(n);
-        (yx, yy, yz).into_par_iter().with_min_len(PARTICLES_A_SUM).enumerate().for_each(
-            |(a, (yx, yy, yz))| {
-                let z = vector(x, n, a) * (m * self.mass[a]) - self.internal_force(a).0 * c;
-                (*yx, *yy, *yz) = (z.x, z.y, z.z);
-            },
-        );
+        let chunk = PARTICLES_A_SUM;
+        (yx.par_chunks_mut(chunk), yy.par_chunks_mut(chunk), yz.par_chunks_mut(chunk))
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(k, (yx, yy, yz))| {
+                let first = k * chunk;
+                self.internal_forces(first, [&mut *yx, &mut *yy, &mut *yz]);
+                for (i, y) in [yx, yy, yz].into_iter().enumerate() {
+                    let x = &x[i * n + first..][..y.len()];
+                    for ((y, x), mass) in y.iter_mut().zip(x).zip(&self.mass[first..]) {
+                        *y = m * mass * x - c * *y;
+                    }
+                }
+            });
         self.fixed.zero(y, n);
     }
 
@@ -199,7 +205,7 @@ impl Dynamics for Elastic {
 
         self.spread(u.values(), Some((v.values(), relaxation_time)));
         self.stress_sweep(); // Eqs. (10), (13), (5)
-        ops::adjoint_sums(&self.lattice, &self.work.pair, &mut self.work.adjoint); // Eq. (12)
+        ops::adjoint_sums(&self.lattice, self.mirror.folds(), &self.work.pair, &mut self.work.adjoint); // Eq. (12)
 
         let [du, dv] = rates else { unreachable!("two integrated columns") };
         du.values_mut().copy_from_slice(v.values()); // Eq. (4)
@@ -212,16 +218,19 @@ impl Dynamics for Elastic {
             .enumerate()
             .for_each(|(c, (ax, ay, az, sum))| {
                 *sum = ForceSums::default();
-                for i in 0..ax.len() {
-                    let a = c * chunk + i;
-                    let (mut force, wall, wall_power) = self.internal_force(a);
-                    let load = vector(&self.work.load, n, a);
-                    force += load;
-                    sum.load += load;
-                    sum.reaction += wall;
-                    sum.power += wall_power + load.dot(&v.vector(a));
-                    let acceleration = force / self.mass[a]; // Eq. (2)
-                    (ax[i], ay[i], az[i]) = (acceleration.x, acceleration.y, acceleration.z);
+                let first = c * chunk;
+                (sum.reaction, sum.power) = self.internal_forces(first, [&mut *ax, &mut *ay, &mut *az]);
+                for (i, a) in [ax, ay, az].into_iter().enumerate() {
+                    let at = i * n + first;
+                    let (load, v) = (&self.work.load[at..at + a.len()], &v.values()[at..at + a.len()]);
+                    let (mut total, mut power) = (0.0, 0.0);
+                    for (((a, load), v), mass) in a.iter_mut().zip(load).zip(v).zip(&self.mass[first..]) {
+                        *a = (*a + load) / mass; // Eq. (2)
+                        total += load;
+                        power += load * v;
+                    }
+                    sum.load[i] = total;
+                    sum.power += power;
                 }
             });
         let mut total = sums.iter().fold(ForceSums::default(), |s, c| s.add_scaled(1.0, c));
@@ -273,45 +282,37 @@ impl Dynamics for Elastic {
     }
 
     fn energy(&mut self, t: f64, particles: &Particles) -> Energy {
-        let n = self.len();
         let (u, v) = (particles.column(Field::Displacement), particles.column(Field::Velocity));
         self.mirror.offsets(&mut self.work.offset, |m| m.displacement(t));
         self.spread(u.values(), None);
-        let Workspace { q, pair, effective, offset, .. } = &mut self.work;
-        let (moments, mirror, material, kappa) =
-            (&self.moments, &self.mirror, &*self.material, self.hourglass);
-        let stretch = &self.stretch;
-        let visit = |a: usize, h: &Mat3, q: &Vec3| {
-            let m = &moments[a];
-            let u_a = vector(effective, n, a);
-            let (g, _) = Self::complete(moments, mirror, offset, effective, a, h, q);
+        let (material, kappa) = (Arc::clone(&self.material), self.hourglass);
+        self.visit_sums(|body, a, g, laplacian| {
+            let m = &body.moments[a];
+            let u_a = body.spread.value(a);
             // Energy of the one-sided residual u_b - u_a - G_a X. Pairs of particles count from both
             // sides, ghosts from the particle's.
-            let mut zeroth = m.zeroth;
-            let mut springs = 0.0;
-            for ghost in mirror.ghosts_of(a) {
-                let vw = moments[ghost.partner as usize].volume * ghost.w;
-                zeroth -= vw;
-                springs += vw * (Self::ghost_value(ghost, effective, n, offset) - u_a).norm_squared();
+            let (mut between_particles, mut springs) = (*laplacian, 0.0);
+            for ghost in body.mirror.ghosts_of(a) {
+                let vw = body.moments[ghost.partner as usize].volume * ghost.w;
+                let apart = body.spread.ghost(ghost, body.offset) - u_a;
+                between_particles -= apart * vw;
+                springs += vw * apart.norm_squared();
             }
-            springs += -2.0 * u_a.dot(&(q - u_a * zeroth));
+            springs -= 2.0 * u_a.dot(&between_particles);
             let residual = springs - (g * m.second * g.transpose()).trace();
-            let strain = SymTensor::symmetric_part(&undeformed(stretch, a, &g));
+            let strain = SymTensor::symmetric_part(&undeformed(body.stretch, a, g));
             let strain_energy = material.energy_density(strain);
             let mut out = [0.0; PAIR_COMPONENTS];
             out[0] = m.volume * (strain_energy + 0.5 * kappa * residual);
             out
-        };
-        let visit = PerParticle { lattice: &self.lattice, function: visit };
-        ops::gradient_sums(&self.lattice, q, pair, &visit);
-        let stride = self.lattice.stride;
-        let elastic = (0..n)
+        });
+        let elastic = (0..self.len())
             .map(|a| {
-                let (row, x) = self.lattice.row_and_x(a);
-                self.work.pair[row * PAIR_COMPONENTS * stride + x]
+                let (t, lane) = self.lattice.tiles.place(a);
+                self.work.pair[t * PAIR_COMPONENTS].0[lane]
             })
             .sum();
-        let kinetic = (0..n).map(|a| 0.5 * self.mass[a] * v.vector(a).norm_squared()).sum();
+        let kinetic = (0..self.len()).map(|a| 0.5 * self.mass[a] * v.vector(a).norm_squared()).sum();
         Energy { kinetic, elastic }
     }
 }

@@ -42,37 +42,87 @@ pub(super) fn neighbours(grid: &Grid, cell: [usize; 3]) -> impl Iterator<Item = 
     range(2).flat_map(move |z| range(1).flat_map(move |y| range(0).map(move |x| grid.index([x, y, z]))))
 }
 
+/// Filled cells side by side along x.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    /// First cell and the one after the last, on its row.
+    cells: (usize, usize),
+    /// Where its cells begin in the list.
+    first: usize,
+}
+
 /// The largest set of the given cells (in rising order) that hangs together by faces, edges or
 /// corners, in rising order; the first one of equally large ones.
 fn largest_piece(grid: &Grid, filled: &[usize]) -> Vec<usize> {
-    const EMPTY: u32 = u32::MAX;
-    const UNSEEN: u32 = u32::MAX - 1;
-    let mut piece_of = vec![EMPTY; grid.len()];
-    for &c in filled {
-        piece_of[c] = UNSEEN;
-    }
-    let mut sizes: Vec<usize> = Vec::new();
-    let mut open = Vec::new();
-    for &seed in filled {
-        if piece_of[seed] != UNSEEN {
-            continue;
+    let [nx, ny, nz] = grid.cells;
+    let mut runs: Vec<Run> = Vec::new();
+    let mut rows = vec![0; ny * nz + 1];
+    for (first, cell) in filled.iter().enumerate() {
+        let (row, x) = (cell / nx, cell % nx);
+        match runs.last_mut() {
+            Some(run) if rows[row + 1] > 0 && run.cells.1 == x => run.cells.1 += 1,
+            _ => {
+                runs.push(Run { cells: (x, x + 1), first });
+                rows[row + 1] += 1;
+            }
         }
-        let piece = sizes.len() as u32;
-        sizes.push(0);
-        piece_of[seed] = piece;
-        open.push(seed);
-        while let Some(cell) = open.pop() {
-            sizes[piece as usize] += 1;
-            for n in neighbours(grid, coordinates(grid, cell)) {
-                if piece_of[n] == UNSEEN {
-                    piece_of[n] = piece;
-                    open.push(n);
+    }
+    for row in 0..ny * nz {
+        rows[row + 1] += rows[row];
+    }
+    // Runs touch those of the four rows before theirs that overlap them or end beside them.
+    let mut parent: Vec<usize> = (0..runs.len()).collect();
+    for row in 0..ny * nz {
+        let (y, z) = (row % ny, row / ny);
+        let before = [
+            (y.wrapping_sub(1), z),
+            (y.wrapping_sub(1), z.wrapping_sub(1)),
+            (y, z.wrapping_sub(1)),
+            (y + 1, z.wrapping_sub(1)),
+        ];
+        for (y, z) in before {
+            if y >= ny || z >= nz {
+                continue;
+            }
+            let other = z * ny + y;
+            let mut k = rows[other];
+            for r in rows[row]..rows[row + 1] {
+                let (low, high) = runs[r].cells;
+                while k < rows[other + 1] && runs[k].cells.1 < low {
+                    k += 1;
+                }
+                let mut touching = k;
+                while touching < rows[other + 1] && runs[touching].cells.0 <= high {
+                    let (a, b) = (root(&mut parent, r), root(&mut parent, touching));
+                    // The first run of a piece is its root.
+                    parent[a.max(b)] = a.min(b);
+                    touching += 1;
                 }
             }
         }
     }
-    let largest = sizes.iter().max().and_then(|max| sizes.iter().position(|s| s == max));
-    filled.iter().copied().filter(|&c| Some(piece_of[c] as usize) == largest).collect()
+    let length = |r: &Run| r.cells.1 - r.cells.0;
+    let mut sizes = vec![0; runs.len()];
+    for (r, run) in runs.iter().enumerate() {
+        sizes[root(&mut parent, r)] += length(run);
+    }
+    let largest = (0..runs.len()).rev().max_by_key(|r| sizes[*r]);
+    let mut piece = Vec::with_capacity(largest.map_or(0, |r| sizes[r]));
+    for (r, run) in runs.iter().enumerate() {
+        if Some(root(&mut parent, r)) == largest {
+            piece.extend_from_slice(&filled[run.first..run.first + length(run)]);
+        }
+    }
+    piece
+}
+
+/// Root of `r` in a forest of parents, shortening the way on the way.
+fn root(parent: &mut [usize], mut r: usize) -> usize {
+    while parent[r] != r {
+        parent[r] = parent[parent[r]];
+        r = parent[r];
+    }
+    r
 }
 
 /// The lattice without the empty layers around the cells.
@@ -106,6 +156,7 @@ mod tests {
     use crate::shape::{BoxShape, MeshShape};
     use crate::tensor::Vec3;
     use approx::assert_relative_eq;
+    use proptest::prelude::*;
 
     /// Two boxes side by side on the unit lattice, `gap` apart.
     fn two_boxes(gap: f64) -> MeshShape {
@@ -140,5 +191,33 @@ mod tests {
         let o = occupy(&two_boxes(1.0), unit_grid());
         let index: Vec<_> = o.cells.iter().map(|&c| o.grid.index(c)).collect();
         assert!(index.is_sorted() && coordinates(&o.grid, index[5]) == o.cells[5]);
+    }
+
+    proptest! {
+        /// Runs give the piece that a flood from cell to cell gives.
+        #[test]
+        fn the_largest_piece_is_that_of_a_flood(
+            size in prop::array::uniform3(1..7_usize),
+            chance in 0.1..0.6_f64,
+            noise in prop::collection::vec(0.0..1.0_f64, 216),
+        ) {
+            let grid = Grid { origin: Vec3::zeros(), spacing: 1.0, cells: size };
+            let filled: Vec<usize> = (0..grid.len()).filter(|&c| noise[c] < chance).collect();
+            let mut unseen: std::collections::BTreeSet<usize> = filled.iter().copied().collect();
+            let mut best: Vec<usize> = Vec::new();
+            while let Some(seed) = unseen.pop_first() {
+                let (mut piece, mut next) = (vec![seed], 0);
+                while next < piece.len() {
+                    let around = neighbours(&grid, coordinates(&grid, piece[next]));
+                    piece.extend(around.filter(|n| unseen.remove(n)).collect::<Vec<_>>());
+                    next += 1;
+                }
+                if piece.len() > best.len() {
+                    best = piece;
+                }
+            }
+            best.sort_unstable();
+            prop_assert_eq!(largest_piece(&grid, &filled), best);
+        }
     }
 }

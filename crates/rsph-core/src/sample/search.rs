@@ -6,6 +6,10 @@ use super::occupy::{Occupied, occupy};
 use crate::error::InvalidInput;
 use crate::shape::Shape;
 
+/// Up to here a count is looked for exactly, beyond with this relative tolerance.
+const EXACT: usize = 100_000;
+const TOLERANCE: f64 = 2e-4;
+
 /// Corrections of the spacing by the root of the ratio of counts.
 const CORRECTIONS: usize = 6;
 
@@ -70,8 +74,11 @@ impl Search<'_> {
             for &size in self.shape.bounds().size().iter().take(self.shape.dimension()) {
                 let nearest = (size / start).round();
                 for n in [nearest, nearest - 1.0, nearest + 1.0] {
-                    if n >= 1.0 && self.attempt(size / n) == self.count {
-                        return;
+                    if n >= 1.0 {
+                        let found = self.attempt(size / n);
+                        if self.is_met_by(found) {
+                            return;
+                        }
                     }
                 }
             }
@@ -80,7 +87,7 @@ impl Search<'_> {
         let mut spacing = start;
         for _ in 0..CORRECTIONS {
             let found = self.attempt(spacing);
-            if found == self.count {
+            if self.is_met_by(found) {
                 return;
             }
             spacing *= (found as f64 / self.count as f64).powf(power).clamp(0.7, 1.5);
@@ -94,10 +101,17 @@ impl Search<'_> {
         for i in 0..(WORK / self.count).clamp(TRIES.0, TRIES.1) {
             let steps = (1 + i / 2) as f64;
             let factor = if i % 2 == 0 { 1.0 + steps * step } else { 1.0 / (1.0 + steps * step) };
-            if self.attempt(centre * factor) == self.count {
+            let found = self.attempt(centre * factor);
+            if self.is_met_by(found) {
                 return;
             }
         }
+    }
+
+    /// Whether that many particles are what was asked for.
+    fn is_met_by(&self, found: usize) -> bool {
+        let tolerance = if self.count > EXACT { TOLERANCE * self.count as f64 } else { 0.0 };
+        found.abs_diff(self.count) as f64 <= tolerance
     }
 
     /// Number of particles at that spacing; keeps the lattice if it is the best so far.

@@ -11,6 +11,8 @@ use rayon::prelude::*;
 
 /// How often the grid may be refined by two to find the topology of the shape.
 const REFINEMENTS: usize = 4;
+/// Distance from the surface, in spacings, up to which the level set must be exact outside.
+const BAND: f64 = 2.0;
 
 /// The level set at the particles and its zero.
 pub(super) struct ZeroSurface {
@@ -25,7 +27,7 @@ pub(super) struct ZeroSurface {
 /// shape's own number of pieces and handles, the grid is refined by two until it does.
 pub(super) fn zero_surface(shape: &dyn Shape, body: &Occupied) -> ZeroSurface {
     let mut grid = extended(shape, &body.grid);
-    let mut phi = on_rows(&grid, |_, x| shape.signed_distance(x));
+    let mut phi = shape.signed_distances(&grid, BAND * grid.spacing);
     let offset = offset_of(&body.grid, &grid);
     let level_set = body
         .cells
@@ -89,7 +91,7 @@ fn refined(shape: &dyn Shape, grid: &Grid, phi: &[f64]) -> (Grid, Vec<f64>) {
     let fine = Grid { origin: grid.origin, spacing: 0.5 * grid.spacing, cells: grid.cells.map(|n| 2 * n) };
     let values = on_rows(&fine, |cell, x| {
         let coarse = phi[grid.index(cell.map(|c| c / 2))];
-        if coarse.abs() > 2.0 * grid.spacing { coarse } else { shape.signed_distance(x) }
+        if coarse.abs() > BAND * grid.spacing { coarse } else { shape.signed_distance(x) }
     });
     (fine, values)
 }

@@ -10,7 +10,7 @@ const LINES: usize = 6;
 
 /// A passage through the surface: the coordinate x, and the change of the winding number there
 /// (+1 in, -1 out).
-type Passage = (f64, i32);
+pub(super) type Passage = (f64, i32);
 
 /// The triangles of a closed surface, found by where they lie in the y-z plane.
 #[derive(Clone, Debug)]
@@ -89,7 +89,7 @@ impl Columns {
     /// The rule for edges lets a line that meets an edge or a vertex pass exactly one of the
     /// triangles there, as if it were moved aside by an infinitely small amount. What rounding may
     /// still spoil shows as a winding number that does not return to zero: then the line is moved.
-    fn passages(&self, y: f64, z: f64, found: &mut Vec<Passage>) {
+    pub(super) fn passages(&self, y: f64, z: f64, found: &mut Vec<Passage>) {
         for attempt in 0..8 {
             let aside = f64::from(attempt) * 1e-9;
             let (y, z) = (y + aside * self.width[0], z + 0.7 * aside * self.width[1]);

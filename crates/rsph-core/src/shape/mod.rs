@@ -25,6 +25,7 @@ use crate::error::InvalidInput;
 use crate::grid::{Bounds, Grid};
 use crate::mesh::TriangleMesh;
 use crate::tensor::Vec3;
+use rayon::prelude::*;
 use std::fmt::Debug;
 
 /// The shape of a body in its undeformed state.
@@ -40,6 +41,19 @@ pub trait Shape: Debug + Send + Sync {
 
     /// Signed distance from `x` to the surface, negative inside.
     fn signed_distance(&self, x: &Vec3) -> f64;
+
+    /// Signed distances at the centres of all cells of a grid, x fastest. Outside and farther than `reach`
+    /// from the surface a value may be less than the distance, but not less than `reach`.
+    fn signed_distances(&self, grid: &Grid, _reach: f64) -> Vec<f64> {
+        let [nx, ny, _] = grid.cells;
+        let mut values = vec![0.0; grid.len()];
+        values.par_chunks_mut(nx.max(1)).enumerate().for_each(|(row, along_x)| {
+            for (i, value) in along_x.iter_mut().enumerate() {
+                *value = self.signed_distance(&grid.centre([i, row % ny, row / ny]));
+            }
+        });
+        values
+    }
 
     /// Tight bounding box.
     fn bounds(&self) -> Bounds;

@@ -8,6 +8,7 @@ use crate::tensor::Vec3;
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::TriMesh;
+use rayon::prelude::*;
 use std::fmt;
 
 /// A body bounded by a closed triangle surface.
@@ -119,6 +120,42 @@ impl Shape for MeshShape {
         if self.columns.contains(x) { -distance } else { distance }
     }
 
+    fn signed_distances(&self, grid: &Grid, reach: f64) -> Vec<f64> {
+        let [nx, ny, _] = grid.cells;
+        let mut values = vec![0.0; grid.len()];
+        values.par_chunks_mut(nx.max(1)).enumerate().for_each_init(Vec::new, |passages, (row, along_x)| {
+            let first = grid.centre([0, row % ny, row / ny]);
+            self.columns.passages(first.y, first.z, passages);
+            let mut passed = passages.iter().peekable();
+            let mut winding = 0;
+            // The nearest point of the surface is near that of the cell before, and no farther than it.
+            let mut before: Option<(Vector, usize, f64)> = None;
+            for (i, value) in along_x.iter_mut().enumerate() {
+                let x = grid.centre([i, row % ny, row / ny]);
+                while let Some((_, change)) = passed.next_if(|p| p.0 < x.x) {
+                    winding += change;
+                }
+                if let Some((_, at, distance)) = before {
+                    let least = distance - (i - at) as f64 * grid.spacing;
+                    if winding <= 0 && least > reach {
+                        *value = least;
+                        continue;
+                    }
+                }
+                let p = Vector::new(x.x, x.y, x.z);
+                let found = before.and_then(|(point, _, _)| {
+                    let most = (point - p).length() * (1.0 + 1e-9);
+                    self.nearest.project_local_point_with_max_dist(p, false, most)
+                });
+                let nearest = found.unwrap_or_else(|| self.nearest.project_local_point(p, false)).point;
+                let distance = (nearest - p).length();
+                before = Some((nearest, i, distance));
+                *value = if winding > 0 { -distance } else { distance };
+            }
+        });
+        values
+    }
+
     fn bounds(&self) -> Bounds {
         self.bounds
     }
@@ -204,6 +241,25 @@ mod tests {
         let grid = Grid { origin: Vec3::repeat(-0.5), spacing: 0.1, cells: [10, 10, 10] };
         for (a, b) in shape.fill(&grid).iter().zip(exact.fill(&grid)) {
             assert!((a - b).abs() < 0.08, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn distances_on_a_grid_are_those_of_its_points() {
+        let shape = crate::shape::organ("kidney").unwrap();
+        let dx = 0.004;
+        let origin = shape.bounds().min - Vec3::repeat(5.3 * dx);
+        let size = shape.bounds().size() / dx;
+        let grid = Grid { origin, spacing: dx, cells: [size.x, size.y, size.z].map(|n| n as usize + 11) };
+        let reach = 2.0 * dx;
+        for (q, value) in shape.signed_distances(&grid, reach).iter().enumerate() {
+            let [nx, ny, _] = grid.cells;
+            let exact = shape.signed_distance(&grid.centre([q % nx, q / nx % ny, q / nx / ny]));
+            if exact <= reach {
+                assert!((value - exact).abs() < 1e-12, "{value} {exact}");
+            } else {
+                assert!(*value >= reach && *value < exact + 1e-12, "{value} {exact}");
+            }
         }
     }
 }

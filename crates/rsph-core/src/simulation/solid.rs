@@ -12,7 +12,7 @@ use super::remeshing::Relaid;
 use super::time_step::choose_pace;
 use crate::boundary::mirror::MirrorPlane;
 use crate::boundary::nodal_load::NodalLoad;
-use crate::boundary::surface_load::Skin;
+use crate::boundary::skin::Skin;
 use crate::boundary::tag::{self, Cut, Holds};
 use crate::dynamics::Dynamics;
 use crate::dynamics::elastic::Elastic;
@@ -23,6 +23,7 @@ use crate::observe::{Reading, TaggedProbe};
 use crate::particles::{Column, Field, Particles};
 use crate::sample::{Body, sample};
 use crate::setup::{Formulation, Load, RemeshTrigger, Setup, VectorField};
+use crate::shape::Shape;
 use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
 use crate::state::State;
@@ -45,7 +46,7 @@ pub(super) struct Solid {
     laid_at: Vec<Mat3>,
     /// Time of the last remesh and the displacement that it left, if there was one.
     laid_with: Option<(f64, Column)>,
-    /// Once loads have been replaced.
+    /// Where loads act, once they have been replaced.
     skin: Option<Skin>,
     probes: Vec<TaggedProbe>,
     /// The reference positions that the probes' particles were found for.
@@ -107,7 +108,7 @@ impl Solid {
         let holds = tag::holds(&setup.boundaries, positions, dx, &solver, cut)?;
         check_walls(setup, &holds)?;
         let mut elastic = laid.elastic(setup, &undeformed.lattice, &holds, 0.0)?;
-        elastic.loads = laid.loads(setup, &elastic, None)?;
+        elastic.loads = laid.loads(setup, &elastic, &mut None)?;
         let cloud = laid.cloud(dx);
         let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
         let probes = setup
@@ -135,7 +136,7 @@ impl Solid {
             volume: laid.volume.iter().sum(),
             shape_volume: shape.volume(),
             load: elastic.loads.iter().map(NodalLoad::total).sum(),
-            notes: pace.notes,
+            notes: left_out(&body, shape).into_iter().chain(pace.notes).collect(),
         };
 
         let mut particles = Particles::new(n);
@@ -187,7 +188,7 @@ impl Solid {
             time,
         )?;
         let (laid, mut elastic, mut new) = (anew.laid, anew.elastic, anew.particles);
-        elastic.loads = laid.loads(setup, &elastic, None)?;
+        elastic.loads = laid.loads(setup, &elastic, &mut None)?;
         let (shape, restore) = (&*setup.shape, setup.remesh.restore_level_set);
         let level_set = if restore {
             let (nodes, undeformed) = &anew.around;
@@ -258,11 +259,8 @@ impl Model for Solid {
                 "take `formulation = \"adjoint\"`",
             ));
         };
-        if self.skin.is_none() && !self.setup.shape.is_box() {
-            self.skin = Some(self.laid.skin(&self.setup, self.body.grid.spacing));
-        }
         let before = std::mem::replace(&mut self.setup.loads, loads.to_vec());
-        match self.laid.loads(&self.setup, elastic, self.skin.as_ref()) {
+        match self.laid.loads(&self.setup, elastic, &mut self.skin) {
             Ok(loads) => elastic.loads = loads,
             Err(error) => {
                 self.setup.loads = before;
@@ -322,6 +320,17 @@ fn failure(error: &LayError, moment: Moment) -> Failure {
                  material"
             .into(),
     }
+}
+
+/// What the user should know about pieces of the body that its largest one does not hang together with.
+fn left_out(body: &Body, shape: &dyn Shape) -> Option<String> {
+    let share = 100.0 * body.dropped_volume / shape.volume();
+    (body.dropped_volume > 0.0).then(|| {
+        format!(
+            "{share:.1} % of the body's volume is left out: on the lattice these pieces do not hang together with \
+             the largest one; a smaller spacing may join them"
+        )
+    })
 }
 
 /// A plane body, for which there is plane strain at large strain only.

@@ -1,6 +1,7 @@
 //! Straight to equilibrium.
 
 use super::Simulation;
+use crate::dynamics::elastic::Elastic;
 use crate::error::{Failure, FailureKind};
 use crate::particles::{Column, Field};
 use crate::solve::cg::Goal;
@@ -76,18 +77,25 @@ impl Simulation {
         let mut found = Equilibrium::default();
         let mut reference = 0.0;
         let mut trouble = None;
+        let from_zero = start[0].values().iter().all(|u| *u == 0.0);
+        if !from_zero {
+            // Residuals are relative to that of the undeformed body: a body at rest has none of its own.
+            self.particles.set(Field::Displacement, Column::zeros(3, n));
+            dynamics.impose(t, &mut self.particles);
+            dynamics.rates(t, &self.particles, &mut rates);
+            if let Some(elastic) = dynamics.elastic() {
+                reference = solver.norm(&free_force(elastic, &rates[1]));
+            }
+            self.particles.set(Field::Displacement, start[0].clone());
+        }
         for correction in 0..=MAX_CORRECTIONS {
             dynamics.impose(t, &mut self.particles);
             self.particles.set(Field::Velocity, Column::zeros(3, n)); // at rest, even if a hold moves
             let sums = dynamics.rates(t, &self.particles, &mut rates);
             let Some(elastic) = dynamics.elastic() else { break };
-            let mut force: Vec<f64> =
-                rates[1].values().iter().enumerate().map(|(i, a)| elastic.mass[i % n] * a).collect();
-            elastic.fixed.zero(&mut force, n);
+            let force = free_force(elastic, &rates[1]);
             let residual = solver.norm(&force);
-            if correction == 0 {
-                reference = residual;
-            }
+            reference = reference.max(residual);
             found.residual = if reference > 0.0 { residual / reference } else { 0.0 };
             (found.load, found.reaction) = (sums.load, sums.reaction);
             if found.residual <= 2.0 * TOLERANCE {
@@ -159,6 +167,15 @@ impl Simulation {
     pub fn equilibrium(&self) -> Option<Equilibrium> {
         self.equilibrium
     }
+}
+
+/// Mass times acceleration, zero in components that are held.
+fn free_force(elastic: &Elastic, acceleration: &Column) -> Vec<f64> {
+    let n = elastic.len();
+    let mut force: Vec<f64> =
+        acceleration.values().iter().enumerate().map(|(i, a)| elastic.mass[i % n] * a).collect();
+    elastic.fixed.zero(&mut force, n);
+    force
 }
 
 /// What is loose, in words.

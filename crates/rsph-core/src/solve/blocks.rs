@@ -1,8 +1,7 @@
 //! The 3 x 3 diagonal blocks of the stiffness K.
 
 use crate::dynamics::elastic::Elastic;
-use crate::lattice::NO_PARTICLE;
-use crate::moments::{Moments, stencil};
+use crate::moments::Moments;
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use rayon::prelude::*;
 
@@ -13,21 +12,18 @@ type Response = (usize, Mat3);
 /// at rest.
 pub fn diagonal_blocks(elastic: &Elastic) -> Vec<Mat3> {
     let (lattice, moments, mirror) = (&elastic.lattice, &elastic.moments, &elastic.mirror);
-    let stencil = stencil(lattice);
     (0..lattice.len())
         .into_par_iter()
         .map(|a| {
             let m = &moments[a];
-            let mut responses: Vec<Response> = Vec::with_capacity(stencil.len() + 1);
+            let mut responses: Vec<Response> = Vec::with_capacity(lattice.neighbours.len() + 1);
             // a itself, then the particles that see it, then those that see an image of it.
             responses.push((a, columns(&-m.first)));
             let mut springs = Mat3::from_diagonal_element(m.volume * m.zeroth);
-            for (shift, x, w) in &stencil {
-                let c = lattice.particle_at[lattice.cell_of[a].wrapping_add_signed(*shift)];
-                if c != NO_PARTICLE {
-                    let c = c as usize;
-                    responses.push((c, columns(&(-x * (m.volume * w)))));
-                    springs += Mat3::from_diagonal_element(moments[c].volume * m.volume * w);
+            for neighbour in &lattice.neighbours {
+                if let Some(c) = lattice.neighbour(a, neighbour) {
+                    responses.push((c, columns(&(-neighbour.x * (m.volume * neighbour.w)))));
+                    springs += Mat3::from_diagonal_element(moments[c].volume * m.volume * neighbour.w);
                 }
             }
             for ghost in mirror.ghosts_of(a) {

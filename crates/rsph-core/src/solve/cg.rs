@@ -45,6 +45,11 @@ impl ConjugateGradients {
         &mut self.sums
     }
 
+    /// b - A x at the end of the last solve, as the iteration carries it.
+    pub fn residual(&self) -> &[f64] {
+        &self.r
+    }
+
     /// Improves `x` until `goal` is met; `b` must be zero in held
     /// components. `watch` sees (iteration, residual) and may stop the solve by returning false.
     pub fn solve(
@@ -72,18 +77,21 @@ impl ConjugateGradients {
             {
                 return outcome;
             }
-            preconditioner.apply(operator, r, z);
-            let rz = sums.dot(r, z);
-            combine(1.0, z, if outcome.iterations == 0 { 0.0 } else { rz / rz_before }, p);
-            operator.apply(p, q);
-            let pq = sums.dot(p, q);
-            // Not positive: what is left of the residual moves the body without resistance.
-            if !(pq > 0.0 && rz > 0.0) {
-                return outcome;
-            }
-            outcome.residual = sums.advance(rz / pq, x, p, r, q).sqrt();
+            let first = outcome.iterations == 0;
+            // Inside the thread pool: entering it for every sum costs more than small sums.
+            let squared = rayon::scope(|_| {
+                preconditioner.apply(operator, r, z);
+                let rz = sums.dot(r, z);
+                combine(1.0, z, if first { 0.0 } else { rz / rz_before }, p);
+                rz_before = rz;
+                operator.apply(p, q);
+                let pq = sums.dot(p, q);
+                // Not positive: what is left of the residual moves the body without resistance.
+                (pq > 0.0 && rz > 0.0).then(|| sums.advance(rz / pq, x, p, r, q))
+            });
+            let Some(squared) = squared else { return outcome };
+            outcome.residual = squared.sqrt();
             outcome.iterations += 1;
-            rz_before = rz;
         }
     }
 }

@@ -1,18 +1,22 @@
-//! The coarsest level: a dense Cholesky factorisation, kept as the inverse.
+//! The coarsest level: a dense Cholesky factorisation, kept as the inverse in single precision.
 
 use super::level::Level;
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, Side};
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 /// Added to the diagonal, as a share of its mean: blocks are stored in single precision.
 const SHIFT: f64 = 1e-6;
 
+/// Rows that one task multiplies.
+const ROWS_A_TASK: usize = 64;
+
 /// The inverse of a small matrix.
 #[derive(Clone, Debug)]
 pub struct Direct {
     size: usize,
-    inverse: Vec<f64>,
+    inverse: Vec<f32>,
 }
 
 impl Direct {
@@ -29,13 +33,44 @@ impl Direct {
         }
         let inverse = dense.as_ref().llt(Side::Lower).ok()?.inverse();
         let values = (0..size).flat_map(|i| (0..size).map(move |j| (i, j)));
-        Some(Self { size, inverse: values.map(|(i, j)| 0.5 * (inverse[(i, j)] + inverse[(j, i)])).collect() })
+        Some(Self {
+            size,
+            inverse: values.map(|(i, j)| (0.5 * (inverse[(i, j)] + inverse[(j, i)])) as f32).collect(),
+        })
     }
 
     /// x = A^-1 b
-    pub fn solve(&self, b: &[f64], x: &mut [f64]) {
-        x.par_iter_mut().with_min_len(64).zip(self.inverse.par_chunks(self.size)).for_each(|(x, row)| {
-            *x = row.iter().zip(b).map(|(a, b)| a * b).sum();
-        });
+    pub fn solve(&self, b: &[f32], x: &mut [f32]) {
+        let arch = Arch::new();
+        x.par_chunks_mut(ROWS_A_TASK)
+            .zip(self.inverse.par_chunks(ROWS_A_TASK * self.size))
+            .for_each(|(x, rows)| arch.dispatch(Dots { rows, b, x }));
+    }
+}
+
+/// Inner products of rows with b.
+struct Dots<'a> {
+    rows: &'a [f32],
+    b: &'a [f32],
+    x: &'a mut [f32],
+}
+
+impl WithSimd for Dots<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (b, b_rest) = S::as_simd_f32s(self.b);
+        for (row, x) in self.rows.chunks_exact(self.b.len()).zip(self.x) {
+            let (row, rest) = S::as_simd_f32s(row);
+            let mut sum = simd.splat_f32s(0.0);
+            for (a, b) in row.iter().zip(b) {
+                sum = simd.mul_add_e_f32s(*a, *b, sum);
+            }
+            *x = simd.reduce_sum_f32s(sum);
+            for (a, b) in rest.iter().zip(b_rest) {
+                *x += a * b;
+            }
+        }
     }
 }

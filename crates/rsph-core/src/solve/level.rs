@@ -1,15 +1,18 @@
 //! A coarse level: a symmetric matrix of 3 x 3 blocks between the nodes of a regular grid, 27 at most
-//! for a node, its Chebyshev smoother and its coarsening. Fields are node by node, x y z.
+//! for a node, and its Chebyshev smoother. Fields are node by node, x y z, and everything is in single
+//! precision: a preconditioner need not be exact, and it is bound by memory.
 
+use super::galerkin::Coarsening;
+use super::nodes::{NO_NODE, NodeMap};
 use super::spectrum::largest_eigenvalue;
 use crate::tensor::{Mat3, Vec3};
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
-use std::ops::Range;
 
-/// Marks a node that is not there.
-pub const NO_NODE: u32 = u32::MAX;
 /// Nodes that one task works on.
-const NODES_A_TASK: usize = 256;
+const NODES_A_TASK: usize = 128;
+/// Values of a row of blocks: 27 neighbours of three components, filled up to whole vectors.
+const ROW: usize = 96;
 /// The smoother damps the part of the spectrum above the largest eigenvalue divided by this.
 pub const SMOOTHED: f64 = 6.0;
 /// Steps of the iteration for the largest eigenvalue, and the margin for what they miss.
@@ -17,119 +20,64 @@ pub const LANCZOS_STEPS: usize = 15;
 /// See [`LANCZOS_STEPS`].
 pub const LANCZOS_MARGIN: f64 = 1.05;
 
+/// The blocks of a node: row i of all of them, one after the other.
+type Rows = [[f32; ROW]; 3];
+
 /// A coarse level with its work space.
 #[derive(Clone, Debug)]
 pub struct Level {
     coordinates: Vec<[i32; 3]>,
+    /// The 27 nodes around each; the number of nodes for one that is not there.
     neighbours: Vec<[u32; 27]>,
-    blocks: Vec<[[f32; 9]; 27]>,
+    rows: Vec<Rows>,
     /// Mass of each component, zero where it is held.
-    mass: Vec<f64>,
-    inverse: Vec<Mat3>,
+    mass: Vec<f32>,
+    inverse: Vec<[f32; 9]>,
     scales: (f64, f64),
     largest: f64,
-    /// Solution.
-    pub x: Vec<f64>,
+    /// Solution, with a node of zeros at its end.
+    x: Vec<f32>,
     /// Right-hand side.
-    pub b: Vec<f64>,
-    r: Vec<f64>,
-    d: Vec<f64>,
-}
-
-/// From the nodes of a level to those of the next coarser one.
-#[derive(Clone, Debug)]
-pub struct Coarsening {
-    parents: Vec<[u32; 8]>,
-    children: Vec<[u32; 27]>,
-}
-
-/// Offset of slot `s` of the 27 around a node.
-fn offset(s: usize) -> [i32; 3] {
-    [s as i32 % 3 - 1, s as i32 / 3 % 3 - 1, s as i32 / 9 - 1]
-}
-
-/// Slot of an offset.
-pub fn slot(o: [i32; 3]) -> usize {
-    ((o[2] + 1) * 9 + (o[1] + 1) * 3 + o[0] + 1) as usize
-}
-
-/// Which node stands at which coordinates.
-#[derive(Clone, Debug)]
-pub struct NodeMap {
-    size: [i32; 3],
-    node_at: Vec<u32>,
-    /// Coordinates of every node, x fastest.
-    pub coordinates: Vec<[i32; 3]>,
-}
-
-impl NodeMap {
-    /// Nodes at these coordinates (none negative), each named as often as one likes.
-    pub fn new(places: impl Iterator<Item = [i32; 3]> + Clone) -> Self {
-        let size = places.clone().fold([0; 3], |m: [i32; 3], c| std::array::from_fn(|i| m[i].max(c[i] + 1)));
-        let mut map = Self {
-            size,
-            node_at: vec![NO_NODE; size.iter().map(|&s| s as usize).product()],
-            coordinates: Vec::new(),
-        };
-        for c in places {
-            let at = map.index(c);
-            map.node_at[at] = 0;
-        }
-        for k in 0..size[2] {
-            for j in 0..size[1] {
-                for i in 0..size[0] {
-                    let at = map.index([i, j, k]);
-                    if map.node_at[at] != NO_NODE {
-                        map.node_at[at] = map.coordinates.len() as u32;
-                        map.coordinates.push([i, j, k]);
-                    }
-                }
-            }
-        }
-        map
-    }
-
-    fn index(&self, c: [i32; 3]) -> usize {
-        ((c[2] * self.size[1] + c[1]) * self.size[0] + c[0]) as usize
-    }
-
-    /// The node at `c`, or [`NO_NODE`].
-    pub fn node(&self, c: [i32; 3]) -> u32 {
-        if (0..3).all(|i| (0..self.size[i]).contains(&c[i])) { self.node_at[self.index(c)] } else { NO_NODE }
-    }
-
-    /// The 27 nodes around each node.
-    fn neighbours(&self) -> Vec<[u32; 27]> {
-        let around = |c: &[i32; 3]| {
-            std::array::from_fn(|s| {
-                let o = offset(s);
-                self.node(std::array::from_fn(|i| c[i] + o[i]))
-            })
-        };
-        self.coordinates.iter().map(around).collect()
-    }
+    pub b: Vec<f32>,
+    r: Vec<f32>,
+    d: Vec<f32>,
 }
 
 impl Level {
-    /// A level whose node I has the blocks `rows(I)`, by slot, and the component masses `mass`.
-    pub fn new(map: &NodeMap, rows: impl Fn(usize) -> [Mat3; 27] + Sync, mass: Vec<f64>) -> Self {
-        let blocks = (0..map.coordinates.len())
+    /// A level whose node I has the blocks `blocks(I)`, by slot, and the component masses `mass`.
+    pub fn new(map: &NodeMap, blocks: impl Fn(usize) -> [Mat3; 27] + Sync, mass: &[f64]) -> Self {
+        let count = map.coordinates.len();
+        let rows = (0..count)
             .into_par_iter()
-            .map(|node| rows(node).map(|b| std::array::from_fn(|k| b[(k / 3, k % 3)] as f32)))
+            .map(|node| {
+                let mut rows = [[0.0; ROW]; 3];
+                for (s, block) in blocks(node).iter().enumerate() {
+                    for i in 0..3 {
+                        for j in 0..3 {
+                            rows[i][3 * s + j] = block[(i, j)] as f32;
+                        }
+                    }
+                }
+                rows
+            })
             .collect();
-        let zeros = || vec![0.0; mass.len()];
+        let mut neighbours = map.neighbours();
+        for node in neighbours.iter_mut().flatten().filter(|n| **n == NO_NODE) {
+            *node = count as u32;
+        }
+        let zeros = || vec![0.0; 3 * count];
         let mut level = Self {
-            neighbours: map.neighbours(),
+            neighbours,
             coordinates: map.coordinates.clone(),
-            blocks,
+            rows,
             inverse: Vec::new(),
             scales: (0.0, 1.0),
             largest: 1.0,
-            x: zeros(),
+            x: vec![0.0; 3 * count + 3],
             b: zeros(),
             r: zeros(),
             d: zeros(),
-            mass,
+            mass: mass.iter().map(|m| *m as f32).collect(),
         };
         level.set_scales(0.0, 1.0);
         level.estimate_largest();
@@ -146,18 +94,56 @@ impl Level {
         self.coordinates.is_empty()
     }
 
+    /// Grid coordinates of the nodes.
+    pub fn coordinates(&self) -> &[[i32; 3]] {
+        &self.coordinates
+    }
+
+    /// The block between a node and the one in slot `s` around it, if that is there.
+    pub fn block(&self, node: usize, s: usize) -> Option<Mat3> {
+        let there = (self.neighbours[node][s] as usize) < self.len();
+        there.then(|| Mat3::from_fn(|i, j| f64::from(self.rows[node][i][3 * s + j])))
+    }
+
+    /// Mass of component `i`, counted through all nodes.
+    pub fn mass(&self, i: usize) -> f64 {
+        f64::from(self.mass[i])
+    }
+
+    /// Solution.
+    pub fn x(&self) -> &[f32] {
+        &self.x[..3 * self.len()]
+    }
+
+    /// Right-hand side and solution, to be changed.
+    pub fn b_and_x(&mut self) -> (&[f32], &mut [f32]) {
+        let len = self.b.len();
+        (&self.b, &mut self.x[..len])
+    }
+
+    /// Solution, to be changed.
+    fn x_mut(&mut self) -> &mut [f32] {
+        let len = 3 * self.len();
+        &mut self.x[..len]
+    }
+
+    /// Components of a node that have stiffness.
+    fn free(inverse: &[f32; 9]) -> [bool; 3] {
+        [inverse[0] != 0.0, inverse[4] != 0.0, inverse[8] != 0.0]
+    }
+
     /// Makes it the matrix m M + c K.
     pub fn set_scales(&mut self, mass: f64, stiffness: f64) {
         self.scales = (mass, stiffness);
         self.inverse = (0..self.len())
             .into_par_iter()
             .map(|node| {
-                let block = &self.blocks[node][13];
-                let mut d = Mat3::from_fn(|i, j| stiffness * f64::from(block[3 * i + j]));
+                let mut d = self.block(node, 13).map_or_else(Mat3::zeros, |block| stiffness * block);
                 for i in 0..3 {
-                    d[(i, i)] += mass * self.mass[3 * node + i];
+                    d[(i, i)] += mass * self.mass(3 * node + i);
                 }
-                inverse_of_diagonal(d)
+                let inverse = inverse_of_diagonal(d);
+                std::array::from_fn(|k| inverse[(k / 3, k % 3)] as f32)
             })
             .collect();
     }
@@ -165,17 +151,18 @@ impl Level {
     /// Largest eigenvalue of D^-1 K, an upper bound for that of (m M + c D)^-1 (m M + c K).
     fn estimate_largest(&mut self) {
         let mut work = self.clone();
+        work.b.fill(0.0);
         let inverse = &self.inverse;
         let mut divide = |r: &[f64], z: &mut [f64]| {
             for (node, z) in z.chunks_mut(3).enumerate() {
-                let r = Vec3::from_column_slice(&r[3 * node..3 * node + 3]);
-                z.copy_from_slice((inverse[node] * r).as_slice());
+                let inverse = Mat3::from_fn(|i, j| f64::from(inverse[node][3 * i + j]));
+                z.copy_from_slice((inverse * Vec3::from_column_slice(&r[3 * node..3 * node + 3])).as_slice());
             }
         };
         let mut apply = |x: &[f64], y: &mut [f64]| {
-            work.x.copy_from_slice(x);
+            work.x_mut().iter_mut().zip(x).for_each(|(to, from)| *to = *from as f32);
             work.residual();
-            y.iter_mut().zip(&work.r).for_each(|(y, r)| *y = -r);
+            y.iter_mut().zip(&work.r).for_each(|(y, r)| *y = -f64::from(*r));
         };
         let found = largest_eigenvalue(3 * self.len(), LANCZOS_STEPS, &mut apply, &mut divide);
         self.largest = if found > 0.0 { LANCZOS_MARGIN * found } else { 1.0 };
@@ -184,52 +171,59 @@ impl Level {
     /// Calls `visit(row, column, value)` for every entry of the matrix.
     pub fn for_each_entry(&self, mut visit: impl FnMut(usize, usize, f64)) {
         let (m, c) = self.scales;
-        for (node, (neighbours, blocks)) in self.neighbours.iter().zip(&self.blocks).enumerate() {
-            for (j, block) in neighbours.iter().zip(blocks).filter(|(j, _)| **j != NO_NODE) {
-                for (k, value) in block.iter().enumerate() {
-                    visit(3 * node + k / 3, 3 * *j as usize + k % 3, c * f64::from(*value));
+        for (node, neighbours) in self.neighbours.iter().enumerate() {
+            for (s, j) in neighbours.iter().enumerate() {
+                let Some(block) = self.block(node, s) else { continue };
+                for i in 0..3 {
+                    for k in 0..3 {
+                        visit(3 * node + i, 3 * *j as usize + k, c * block[(i, k)]);
+                    }
                 }
             }
             for i in 0..3 {
-                visit(3 * node + i, 3 * node + i, m * self.mass[3 * node + i]);
+                visit(3 * node + i, 3 * node + i, m * self.mass(3 * node + i));
             }
         }
     }
 
     /// r = b - A x, zero in components without stiffness.
     fn residual(&mut self) {
-        let Self { neighbours, blocks, mass, inverse, scales: (m, c), x, b, r, .. } = self;
-        r.par_chunks_mut(3).with_min_len(NODES_A_TASK).enumerate().for_each(|(node, r)| {
-            let mut sum = [0.0; 3];
-            for (&j, a) in neighbours[node].iter().zip(&blocks[node]) {
-                if j != NO_NODE {
-                    let x = &x[3 * j as usize..3 * j as usize + 3];
-                    for i in 0..3 {
-                        sum[i] += f64::from(a[3 * i]) * x[0]
-                            + f64::from(a[3 * i + 1]) * x[1]
-                            + f64::from(a[3 * i + 2]) * x[2];
-                    }
+        let arch = Arch::new();
+        let Self { neighbours, rows, mass, inverse, scales, x, b, r, .. } = self;
+        let (m, c) = (scales.0 as f32, scales.1 as f32);
+        let n = NODES_A_TASK;
+        (r.par_chunks_mut(3 * n), rows.par_chunks(n), neighbours.par_chunks(n))
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(chunk, (r, rows, neighbours))| {
+                arch.dispatch(Products { rows, neighbours, x, out: &mut *r });
+                let first = chunk * n;
+                for (i, r) in r.iter_mut().enumerate() {
+                    let at = 3 * first + i;
+                    let held = inverse[first + i / 3][4 * (i % 3)] == 0.0;
+                    *r = if held { 0.0 } else { b[at] - c * *r - m * mass[at] * x[at] };
                 }
-            }
-            for i in 0..3 {
-                let at = 3 * node + i;
-                let held = inverse[node][(i, i)] == 0.0;
-                r[i] = if held { 0.0 } else { b[at] - *c * sum[i] - *m * mass[at] * x[at] };
-            }
-        });
+            });
     }
 
-    /// d = p d + q D^-1 r, x += d
-    fn correct(&mut self, p: f64, q: f64) {
-        let Self { inverse, x, r, d, .. } = self;
-        (x.par_chunks_mut(3), d.par_chunks_mut(3), r.par_chunks(3), &*inverse)
+    /// d = p d + q D^-1 r with r or, if `from_b`, b; x += d, or x = d.
+    fn correct(&mut self, p: f64, q: f64, from_b: bool) {
+        let Self { inverse, x, b, r, d, .. } = self;
+        let (p, q) = (p as f32, q as f32);
+        let len = d.len();
+        (
+            x[..len].par_chunks_mut(3),
+            d.par_chunks_mut(3),
+            if from_b { b } else { r }.par_chunks(3),
+            &*inverse,
+        )
             .into_par_iter()
-            .with_min_len(4 * NODES_A_TASK)
+            .with_min_len(8 * NODES_A_TASK)
             .for_each(|(x, d, r, inverse)| {
-                let z = inverse * Vec3::new(r[0], r[1], r[2]);
                 for i in 0..3 {
-                    d[i] = p * d[i] + q * z[i];
-                    x[i] += d[i];
+                    let z = inverse[3 * i] * r[0] + inverse[3 * i + 1] * r[1] + inverse[3 * i + 2] * r[2];
+                    d[i] = p * d[i] + q * z;
+                    x[i] = if from_b { d[i] } else { x[i] + d[i] };
                 }
             });
     }
@@ -238,115 +232,60 @@ impl Level {
     pub fn smooth(&mut self, from_zero: bool) {
         let (high, low) = (self.largest, self.largest / SMOOTHED);
         let (middle, half) = (0.5 * (high + low), 0.5 * (high - low));
-        if from_zero {
-            self.x.fill(0.0);
-            self.r.copy_from_slice(&self.b);
-        } else {
+        if !from_zero {
             self.residual();
         }
-        self.correct(0.0, 1.0 / middle);
+        self.correct(0.0, 1.0 / middle, from_zero);
         self.residual();
         let rho = half / middle;
         let next = 1.0 / (2.0 / rho - rho);
-        self.correct(next * rho, 2.0 * next / half);
+        self.correct(next * rho, 2.0 * next / half, false);
     }
 
     /// b of the coarser level = P^T (b - A x) of this one.
-    pub fn restrict(&mut self, coarsening: &Coarsening, coarse: &mut [f64]) {
+    pub fn restrict(&mut self, coarsening: &Coarsening, coarse: &mut Self) {
         self.residual();
-        let r = &self.r;
-        coarse.par_chunks_mut(3).with_min_len(NODES_A_TASK).zip(&coarsening.children).for_each(
-            |(b, children)| {
-                b.fill(0.0);
-                for (s, &child) in children.iter().enumerate().filter(|(_, c)| **c != NO_NODE) {
-                    for i in 0..3 {
-                        b[i] += weight(s) * r[3 * child as usize + i];
-                    }
-                }
-            },
-        );
+        coarsening.restrict(&self.r, &mut coarse.b);
     }
 
     /// x += P x of the coarser level, in components that have stiffness.
-    pub fn prolong(&mut self, coarsening: &Coarsening, coarse: &[f64]) {
-        let inverse = &self.inverse;
-        (self.x.par_chunks_mut(3), &coarsening.parents)
-            .into_par_iter()
-            .with_min_len(NODES_A_TASK)
-            .enumerate()
-            .for_each(|(node, (x, parents))| {
-                let there = parents.iter().filter(|p| **p != NO_NODE);
-                let share = 1.0 / there.clone().count() as f64;
-                for i in (0..3).filter(|&i| inverse[node][(i, i)] != 0.0) {
-                    x[i] += share * there.clone().map(|&p| coarse[3 * p as usize + i]).sum::<f64>();
-                }
-            });
+    pub fn prolong(&mut self, coarsening: &Coarsening, coarse: &Self) {
+        let Self { x, inverse, .. } = self;
+        let len = x.len() - 3;
+        coarsening.prolong(coarse.x(), &mut x[..len], |node| Self::free(&inverse[node]));
     }
+}
 
-    /// The next coarser level, P^T A P with trilinear P between grids of twice the distance; `None` if it
-    /// would not be smaller.
-    pub fn coarser(&self) -> Option<(Coarsening, Self)> {
-        let map = NodeMap::new(self.coordinates.iter().flat_map(|c| parent_places(*c)));
-        if 2 * map.coordinates.len() > self.len() {
-            return None;
-        }
-        let fine = NodeMap::new(self.coordinates.iter().copied());
-        let children: Vec<[u32; 27]> = map
-            .coordinates
-            .iter()
-            .map(|c| {
-                std::array::from_fn(|s| {
-                    let o = offset(s);
-                    fine.node(std::array::from_fn(|i| 2 * c[i] + o[i]))
-                })
-            })
-            .collect();
-        let parents = self
-            .coordinates
-            .iter()
-            .map(|c| {
-                let mut ids = [NO_NODE; 8];
-                for (id, place) in ids.iter_mut().zip(parent_places(*c)) {
-                    *id = map.node(place);
-                }
-                ids
-            })
-            .collect();
-        let rows = |node: usize| {
-            let mut row = [Mat3::zeros(); 27];
-            for (s, &child) in children[node].iter().enumerate().filter(|(_, c)| **c != NO_NODE) {
-                let from = offset(s);
-                for (t, block) in self.blocks[child as usize].iter().enumerate() {
-                    if self.neighbours[child as usize][t] == NO_NODE {
-                        continue;
-                    }
-                    let block = Mat3::from_fn(|i, j| f64::from(block[3 * i + j])) * weight(s);
-                    let o = offset(t);
-                    let [x, y, z] = std::array::from_fn(|i| shares(from[i] + o[i]));
-                    for (k, wz) in z.clone() {
-                        for (j, wy) in y.clone() {
-                            for (i, wx) in x.clone() {
-                                row[slot([i, j, k])] += block * (wx * wy * wz);
-                            }
-                        }
-                    }
-                }
+/// Products of the rows of some nodes with x.
+struct Products<'a> {
+    rows: &'a [Rows],
+    neighbours: &'a [[u32; 27]],
+    x: &'a [f32],
+    out: &'a mut [f32],
+}
+
+impl WithSimd for Products<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let mut around = [0.0; ROW];
+        for ((rows, neighbours), out) in
+            self.rows.iter().zip(self.neighbours).zip(self.out.chunks_exact_mut(3))
+        {
+            for (to, &j) in around.chunks_exact_mut(3).zip(neighbours) {
+                to.copy_from_slice(&self.x[3 * j as usize..3 * j as usize + 3]);
             }
-            row
-        };
-        let mass = (0..map.coordinates.len())
-            .flat_map(|node| {
-                let mut sum = [0.0; 3];
-                for (s, &child) in children[node].iter().enumerate().filter(|(_, c)| **c != NO_NODE) {
-                    for i in 0..3 {
-                        sum[i] += weight(s) * self.mass[3 * child as usize + i];
-                    }
+            let (x, _) = S::as_simd_f32s(&around);
+            for (row, out) in rows.iter().zip(out) {
+                let (row, _) = S::as_simd_f32s(row);
+                let mut sum = simd.splat_f32s(0.0);
+                for (a, x) in row.iter().zip(x) {
+                    sum = simd.mul_add_e_f32s(*a, *x, sum);
                 }
-                sum
-            })
-            .collect();
-        let level = Self::new(&map, rows, mass);
-        Some((Coarsening { parents, children }, level))
+                *out = simd.reduce_sum_f32s(sum);
+            }
+        }
     }
 }
 
@@ -365,22 +304,4 @@ pub fn inverse_of_diagonal(mut d: Mat3) -> Mat3 {
         inverse[(i, i)] = 0.0;
     }
     inverse
-}
-
-/// Weight of the child in slot `s`: a half for each axis along which it stands aside.
-fn weight(s: usize) -> f64 {
-    0.5_f64.powi(offset(s).iter().map(|o| o.abs()).sum())
-}
-
-/// Coarse coordinates, relative to a node, that a fine node `t` grid lines away depends on, with weights.
-fn shares(t: i32) -> impl Iterator<Item = (i32, f64)> + Clone {
-    let Range { start, end } = t.div_euclid(2)..(t + 1).div_euclid(2) + 1;
-    let share = 1.0 / f64::from(end - start);
-    (start..end).map(move |c| (c, share))
-}
-
-/// Coarse coordinates that the node at `c` depends on.
-fn parent_places(c: [i32; 3]) -> impl Iterator<Item = [i32; 3]> + Clone {
-    let range = move |i: usize| c[i].div_euclid(2)..(c[i] + 1).div_euclid(2) + 1;
-    range(2).flat_map(move |z| range(1).flat_map(move |y| range(0).map(move |x| [x, y, z])))
 }

@@ -5,10 +5,14 @@
 pub mod blocks;
 pub mod cg;
 pub mod direct;
+pub mod galerkin;
 pub mod hexahedra;
+pub mod jacobi;
 pub mod level;
 pub mod multigrid;
+pub mod nodes;
 pub mod operator;
+pub mod recall;
 pub mod rigid;
 pub mod spectrum;
 pub mod stiff;

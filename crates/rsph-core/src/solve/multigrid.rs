@@ -3,27 +3,26 @@
 
 use super::blocks::diagonal_blocks;
 use super::direct::Direct;
+use super::galerkin::Coarsening;
 use super::hexahedra;
-use super::level::{
-    Coarsening, LANCZOS_MARGIN, LANCZOS_STEPS, Level, NO_NODE, SMOOTHED, inverse_of_diagonal, slot,
-};
+use super::jacobi::Jacobi;
+use super::level::{LANCZOS_MARGIN, LANCZOS_STEPS, Level, SMOOTHED};
+use super::nodes::{NO_NODE, slot};
 use super::operator::{Operator, Preconditioner};
 use super::spectrum::largest_eigenvalue;
-use super::sums::combine;
+use super::sums::Sums;
 use super::transfer::{BLOCK, Transfer};
 use crate::dynamics::elastic::Elastic;
 use crate::lattice::NO_PARTICLE;
 use crate::material::Material;
 use crate::tensor::{Mat3, SymTensor, Vec3};
-use rayon::prelude::*;
 
 /// Unknowns that the direct solve takes.
-const DIRECT: usize = 900;
+const DIRECT: usize = 600;
 /// Least fullness of a block: its stiffness never vanishes.
 const LEAST_FULL: f64 = 1e-3;
 /// A node is held when this share of the weight around it is.
 const HELD_SHARE: f64 = 0.5;
-const PARTICLES_A_TASK: usize = 1024;
 /// Ratio of the moduli of pressure and shear waves (6 at nu = 0.4) above which the particles are smoothed
 /// twice: nearly incompressible bodies converge slowly.
 const NEARLY_INCOMPRESSIBLE: f64 = 6.0;
@@ -33,7 +32,7 @@ const NEARLY_INCOMPRESSIBLE: f64 = 6.0;
 pub struct Multigrid {
     mass: Vec<f64>,
     diagonal: Vec<Mat3>,
-    inverse: Vec<Mat3>,
+    jacobi: Jacobi,
     /// Largest eigenvalue of D^-1 K on the particles.
     largest: f64,
     /// Steps of the smoother there.
@@ -42,8 +41,9 @@ pub struct Multigrid {
     levels: Vec<Level>,
     coarsenings: Vec<Coarsening>,
     direct: Option<Direct>,
-    residual: Vec<f64>,
-    direction: Vec<f64>,
+    /// A z.
+    product: Vec<f64>,
+    sums: Sums,
 }
 
 impl Multigrid {
@@ -68,7 +68,7 @@ impl Multigrid {
         }
         let mut multigrid = Self {
             mass: elastic.mass.clone(),
-            inverse: Vec::new(),
+            jacobi: Jacobi::new(&diagonal, &elastic.mass, (0.0, 1.0)),
             diagonal,
             largest: 1.0,
             smoothing: smoothing(&*elastic.material),
@@ -76,8 +76,8 @@ impl Multigrid {
             levels,
             coarsenings,
             direct: None,
-            residual: vec![0.0; 3 * n],
-            direction: vec![0.0; 3 * n],
+            product: vec![0.0; 3 * n],
+            sums: Sums::new(3 * n),
         };
         multigrid.set_scales(0.0, 1.0);
         multigrid.estimate_largest(elastic);
@@ -86,16 +86,7 @@ impl Multigrid {
 
     /// Makes it the hierarchy of m M + c K.
     pub fn set_scales(&mut self, mass: f64, stiffness: f64) {
-        self.inverse = (&self.diagonal, &self.mass)
-            .into_par_iter()
-            .map(|(block, m)| {
-                let mut d = stiffness * block;
-                for i in (0..3).filter(|&i| block[(i, i)] > 0.0) {
-                    d[(i, i)] += mass * m;
-                }
-                inverse_of_diagonal(d)
-            })
-            .collect();
+        self.jacobi = Jacobi::new(&self.diagonal, &self.mass, (mass, stiffness));
         for level in &mut self.levels {
             level.set_scales(mass, stiffness);
         }
@@ -104,15 +95,15 @@ impl Multigrid {
 
     /// Number of unknowns of every level, the particles first.
     pub fn sizes(&self) -> Vec<usize> {
-        std::iter::once(self.residual.len()).chain(self.levels.iter().map(|l| 3 * l.len())).collect()
+        std::iter::once(self.product.len()).chain(self.levels.iter().map(|l| 3 * l.len())).collect()
     }
 
     /// Middle of the part of the spectrum of D^-1 K that the smoother damps.
     fn estimate_largest(&mut self, elastic: &mut Elastic) {
-        let inverse = &self.inverse;
-        let mut divide = |r: &[f64], z: &mut [f64]| jacobi(inverse, 1.0, 0.0, r, z);
+        let jacobi = &mut self.jacobi;
+        let mut divide = |r: &[f64], z: &mut [f64]| jacobi.step(0.0, 1.0, r, None, z);
         let mut apply = |x: &[f64], y: &mut [f64]| elastic.apply(0.0, 1.0, x, y);
-        let largest = largest_eigenvalue(self.residual.len(), LANCZOS_STEPS, &mut apply, &mut divide);
+        let largest = largest_eigenvalue(self.product.len(), LANCZOS_STEPS, &mut apply, &mut divide);
         self.largest = LANCZOS_MARGIN * largest.max(f64::MIN_POSITIVE);
     }
 
@@ -121,7 +112,8 @@ impl Multigrid {
         if l + 1 == self.levels.len() {
             let level = &mut self.levels[l];
             if let Some(direct) = &self.direct {
-                direct.solve(&level.b, &mut level.x);
+                let (b, x) = level.b_and_x();
+                direct.solve(b, x);
             } else {
                 level.smooth(true);
                 level.smooth(false);
@@ -130,24 +122,28 @@ impl Multigrid {
         }
         let (fine, coarse) = self.levels.split_at_mut(l + 1);
         fine[l].smooth(true);
-        fine[l].restrict(&self.coarsenings[l], &mut coarse[0].b);
+        fine[l].restrict(&self.coarsenings[l], &mut coarse[0]);
         self.cycle(l + 1);
         let (fine, coarse) = self.levels.split_at_mut(l + 1);
-        fine[l].prolong(&self.coarsenings[l], &coarse[0].x);
+        fine[l].prolong(&self.coarsenings[l], &coarse[0]);
         fine[l].smooth(false);
     }
 }
 
 impl Preconditioner for Multigrid {
     fn apply(&mut self, operator: &mut dyn Operator, r: &[f64], z: &mut [f64]) {
-        z.fill(0.0);
+        // The coarse levels are in single precision: they get numbers of order one, in any units.
+        let size = self.sums.norm(r);
+        if size <= 0.0 || !size.is_finite() {
+            z.fill(0.0);
+            return;
+        }
         self.smooth(operator, r, z, true);
-        operator.apply(z, &mut self.residual);
-        combine(1.0, r, -1.0, &mut self.residual);
-        self.transfer.restrict(&self.residual, &mut self.levels[0].b);
+        operator.apply(z, &mut self.product);
+        self.transfer.restrict(1.0 / size, r, &self.product, &mut self.levels[0].b);
         self.cycle(0);
-        self.transfer.prolong(&self.levels[0].x, z);
-        hold(&self.inverse, z);
+        let jacobi = &self.jacobi;
+        self.transfer.prolong(size, self.levels[0].x(), z, |a, i| jacobi.is_free(a, i));
         self.smooth(operator, r, z, false);
     }
 }
@@ -159,12 +155,6 @@ impl Multigrid {
         let ratio = half / middle;
         let mut rho = ratio;
         for step in 0..self.smoothing {
-            if step > 0 || !from_zero {
-                operator.apply(z, &mut self.residual);
-                combine(1.0, r, -1.0, &mut self.residual);
-            } else {
-                self.residual.copy_from_slice(r);
-            }
             let (keep, length) = if step == 0 {
                 (0.0, 1.0 / middle)
             } else {
@@ -173,8 +163,13 @@ impl Multigrid {
                 rho = next;
                 factors
             };
-            jacobi(&self.inverse, length / self.largest, keep, &self.residual, &mut self.direction);
-            combine(1.0, &self.direction, 1.0, z);
+            let length = length / self.largest;
+            if step == 0 && from_zero {
+                self.jacobi.step(keep, length, r, None, z);
+            } else {
+                operator.apply(z, &mut self.product);
+                self.jacobi.step(keep, length, r, Some(&self.product), z);
+            }
         }
     }
 }
@@ -183,31 +178,6 @@ impl Multigrid {
 fn smoothing(material: &dyn Material) -> usize {
     let shear = material.stress(SymTensor([0.0, 0.0, 0.0, 0.5, 0.0, 0.0])).0[3];
     if material.p_wave_modulus() > NEARLY_INCOMPRESSIBLE * shear { 2 } else { 1 }
-}
-
-/// z = step D^-1 r + keep z
-fn jacobi(inverse: &[Mat3], step: f64, keep: f64, r: &[f64], z: &mut [f64]) {
-    let n = inverse.len();
-    let (zx, zyz) = z.split_at_mut(n);
-    let (zy, zz) = zyz.split_at_mut(n);
-    (zx, zy, zz, inverse).into_par_iter().with_min_len(PARTICLES_A_TASK).enumerate().for_each(
-        |(a, (zx, zy, zz, inverse))| {
-            let d = inverse * Vec3::new(r[a], r[n + a], r[2 * n + a]) * step;
-            (*zx, *zy, *zz) = (d.x + keep * *zx, d.y + keep * *zy, d.z + keep * *zz);
-        },
-    );
-}
-
-/// Zero in components without stiffness.
-fn hold(inverse: &[Mat3], z: &mut [f64]) {
-    let n = inverse.len();
-    for (i, z) in z.chunks_mut(n).enumerate() {
-        z.par_iter_mut().with_min_len(PARTICLES_A_TASK).zip(inverse).for_each(|(z, inverse)| {
-            if inverse[(i, i)] == 0.0 {
-                *z = 0.0;
-            }
-        });
-    }
 }
 
 /// Trilinear hexahedra on the blocks.
@@ -288,5 +258,5 @@ fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
         }
         row
     };
-    Level::new(&transfer.nodes, rows, mass)
+    Level::new(&transfer.nodes, rows, &mass)
 }

@@ -3,7 +3,7 @@
 use crate::dynamics::elastic::Elastic;
 
 /// A symmetric linear map of fields on the particles (3 n values, component by component).
-pub trait Operator {
+pub trait Operator: Send {
     /// Number of values of a field.
     fn len(&self) -> usize;
 
@@ -17,7 +17,7 @@ pub trait Operator {
 }
 
 /// What an approximate inverse does with a residual.
-pub trait Preconditioner {
+pub trait Preconditioner: Send {
     /// z, roughly A^-1 r; symmetric and positive definite as a map from r to z.
     fn apply(&mut self, operator: &mut dyn Operator, r: &[f64], z: &mut [f64]);
 }

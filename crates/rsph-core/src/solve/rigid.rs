@@ -1,8 +1,6 @@
 //! Motions of a body, or of a piece of it, that nothing holds back.
 
 use crate::dynamics::elastic::Elastic;
-use crate::lattice::NO_PARTICLE;
-use crate::moments::stencil;
 use crate::tensor::Vec3;
 use nalgebra::{Matrix6, Vector6};
 
@@ -32,7 +30,6 @@ pub fn loose_pieces(elastic: &Elastic) -> Vec<LoosePiece> {
 /// Particles that hang together by the sums, apart from those that no sum sees.
 fn pieces(elastic: &Elastic) -> Vec<Vec<usize>> {
     let lattice = &elastic.lattice;
-    let stencil = stencil(lattice);
     let seen = |a: usize| elastic.moments[a].volume > 0.0;
     let mut piece_of = vec![usize::MAX; lattice.len()];
     let mut pieces: Vec<Vec<usize>> = Vec::new();
@@ -45,11 +42,13 @@ fn pieces(elastic: &Elastic) -> Vec<Vec<usize>> {
         let mut piece = vec![start];
         let mut next = 0;
         while next < piece.len() {
-            for (shift, _, w) in &stencil {
-                let b = lattice.particle_at[lattice.cell_of[piece[next]].wrapping_add_signed(*shift)];
-                if b != NO_PARTICLE && *w > 0.0 && piece_of[b as usize] == usize::MAX && seen(b as usize) {
-                    piece_of[b as usize] = id;
-                    piece.push(b as usize);
+            for neighbour in &lattice.neighbours {
+                if let Some(b) = lattice.neighbour(piece[next], neighbour)
+                    && piece_of[b] == usize::MAX
+                    && seen(b)
+                {
+                    piece_of[b] = id;
+                    piece.push(b);
                 }
             }
             next += 1;

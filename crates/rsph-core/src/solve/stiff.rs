@@ -4,6 +4,8 @@
 use super::cg::{ConjugateGradients, Goal, Outcome};
 use super::multigrid::Multigrid;
 use super::operator::{Operator, Shifted};
+use super::recall::Recall;
+use super::sums::combine;
 use crate::dynamics::elastic::Elastic;
 
 /// A solver for one body on one lattice.
@@ -11,6 +13,8 @@ use crate::dynamics::elastic::Elastic;
 pub struct StiffSolver {
     multigrid: Multigrid,
     gradients: ConjugateGradients,
+    recall: Recall,
+    step: Vec<f64>,
     scales: (f64, f64),
     applications: u64,
 }
@@ -36,9 +40,18 @@ impl StiffSolver {
         Self {
             multigrid: Multigrid::new(elastic),
             gradients: ConjugateGradients::new(len),
+            recall: Recall::default(),
+            step: vec![0.0; len],
             scales: (0.0, 1.0),
             applications: 0,
         }
+    }
+
+    /// Remembers up to `count` solutions, from which the next systems of the same scales start: what a body
+    /// does in one time step resembles what it did in those before.
+    pub fn recalling(mut self, count: usize) -> Self {
+        self.recall = Recall::new(count);
+        self
     }
 
     /// Improves x until |b - (m M + c K) x| meets `goal`; `scales` is (m, c). `watch` as in
@@ -55,10 +68,27 @@ impl StiffSolver {
         if self.scales != scales {
             self.multigrid.set_scales(scales.0, scales.1);
             self.scales = scales;
+            self.recall.forget();
         }
         let mut shifted = Shifted { elastic, mass: scales.0, stiffness: scales.1 };
         let mut operator = Counted(&mut shifted, &mut self.applications);
-        self.gradients.solve(&mut operator, &mut self.multigrid, b, x, goal, watch)
+        let Self { multigrid, gradients, recall, step, .. } = self;
+        if recall.is_empty() {
+            let outcome = gradients.solve(&mut operator, multigrid, b, x, goal, watch);
+            recall.keep(x, b, gradients);
+            return outcome;
+        }
+        recall.start(b, x, gradients.sums());
+        step.fill(0.0);
+        let outcome = gradients.solve(&mut operator, multigrid, recall.rest(), step, goal, watch);
+        combine(1.0, step, 1.0, x);
+        recall.keep_step(step, gradients);
+        outcome
+    }
+
+    /// Solutions that the next systems start from, as [`Recall::known`].
+    pub fn recall(&mut self) -> &mut Recall {
+        &mut self.recall
     }
 
     /// |x|, summed in a fixed order.

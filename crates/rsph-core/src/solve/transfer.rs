@@ -2,7 +2,7 @@
 //! cells a side.
 
 use super::hexahedra::corner;
-use super::level::{NO_NODE, NodeMap};
+use super::nodes::{NO_NODE, NodeMap};
 use crate::dynamics::elastic::Elastic;
 use crate::lattice::NO_PARTICLE;
 use rayon::prelude::*;
@@ -10,6 +10,7 @@ use rayon::prelude::*;
 /// Cells along the edge of a block.
 pub const BLOCK: usize = 2;
 const NODES_A_TASK: usize = 128;
+const BLOCKS_A_TASK: usize = 128;
 const PARTICLES_A_TASK: usize = 1024;
 
 /// The blocks of a body and what they connect.
@@ -26,6 +27,8 @@ pub struct Transfer {
     block_and_place: Vec<(u32, u8)>,
     /// Weight of the particle in place k for corner c: `weights[k][c]`.
     weights: [[f64; 8]; 8],
+    /// Work space: the corners or particles of every block, x y z, with a block of zeros at its end.
+    of_block: Vec<[f32; 24]>,
 }
 
 impl Transfer {
@@ -66,7 +69,8 @@ impl Transfer {
                 share(0) * share(1) * share(2)
             })
         });
-        Self { nodes, nodes_of, particles_of, blocks_of, block_and_place, weights }
+        let of_block = vec![[0.0; 24]; particles_of.len() + 1];
+        Self { nodes, nodes_of, particles_of, blocks_of, block_and_place, weights, of_block }
     }
 
     /// Visits (particle, weight) of the particles around a node, always in the same order.
@@ -80,35 +84,75 @@ impl Transfer {
         }
     }
 
-    /// P^T of a field on the particles (component by component) into one on the nodes (node by node).
-    pub fn restrict(&self, field: &[f64], nodes: &mut [f64]) {
+    /// P^T scale (b - y) of fields on the particles (component by component) into one on the nodes (node by
+    /// node).
+    pub fn restrict(&mut self, scale: f64, b: &[f64], y: &[f64], nodes: &mut [f32]) {
         let n = self.block_and_place.len();
-        nodes.par_chunks_mut(3).with_min_len(NODES_A_TASK).enumerate().for_each(|(node, out)| {
-            let mut sum = [0.0; 3];
-            self.around(node, |a, w| {
-                for i in 0..3 {
-                    sum[i] += w * field[i * n + a];
+        let Self { of_block, particles_of, blocks_of, .. } = self;
+        of_block.par_iter_mut().zip(&*particles_of).with_min_len(BLOCKS_A_TASK).for_each(
+            |(corners, particles)| {
+                corners.fill(0.0);
+                for (place, &a) in particles.iter().enumerate().filter(|(_, a)| **a != NO_PARTICLE) {
+                    for i in 0..3 {
+                        let at = i * n + a as usize;
+                        corners[3 * place + i] = (scale * (b[at] - y[at])) as f32;
+                    }
                 }
-            });
+                interpolate(corners);
+            },
+        );
+        let none = of_block.len() - 1;
+        nodes.par_chunks_mut(3).zip(&*blocks_of).with_min_len(NODES_A_TASK).for_each(|(out, blocks)| {
+            let mut sum = [0.0; 3];
+            for (k, &block) in blocks.iter().enumerate() {
+                let corners = &of_block[(block as usize).min(none)];
+                for i in 0..3 {
+                    sum[i] += corners[3 * (7 - k) + i];
+                }
+            }
             out.copy_from_slice(&sum);
         });
     }
 
-    /// field += P nodes
-    pub fn prolong(&self, nodes: &[f64], field: &mut [f64]) {
+    /// field += scale P nodes in components for which `free(particle, component)` holds.
+    pub fn prolong(
+        &mut self,
+        scale: f64,
+        nodes: &[f32],
+        field: &mut [f64],
+        free: impl Fn(usize, usize) -> bool + Sync,
+    ) {
         let n = self.block_and_place.len();
+        let Self { of_block, nodes_of, block_and_place, .. } = self;
+        of_block.par_iter_mut().zip(&*nodes_of).with_min_len(BLOCKS_A_TASK).for_each(|(values, nodes_of)| {
+            for (value, &node) in values.chunks_exact_mut(3).zip(nodes_of) {
+                value.copy_from_slice(&nodes[3 * node as usize..3 * node as usize + 3]);
+            }
+            interpolate(values);
+        });
         let (x, yz) = field.split_at_mut(n);
         let (y, z) = yz.split_at_mut(n);
-        (x, y, z, &self.block_and_place).into_par_iter().with_min_len(PARTICLES_A_TASK).for_each(
-            |(x, y, z, &(block, place))| {
-                let mut sum = [0.0; 3];
-                for (&node, w) in self.nodes_of[block as usize].iter().zip(&self.weights[place as usize]) {
-                    for i in 0..3 {
-                        sum[i] += w * nodes[3 * node as usize + i];
+        (x, y, z, &*block_and_place).into_par_iter().with_min_len(PARTICLES_A_TASK).enumerate().for_each(
+            |(a, (x, y, z, &(block, place)))| {
+                let value = &of_block[block as usize][3 * place as usize..3 * place as usize + 3];
+                for (i, to) in [x, y, z].into_iter().enumerate() {
+                    if free(a, i) {
+                        *to += scale * f64::from(value[i]);
                     }
                 }
-                (*x, *y, *z) = (*x + sum[0], *y + sum[1], *z + sum[2]);
             },
         );
+    }
+}
+
+/// Trilinear interpolation between the eight corners of a block and the middles of its eight cells, which
+/// is its own transpose: along each axis 3/4 of the near value and 1/4 of the far one.
+fn interpolate(values: &mut [f32; 24]) {
+    for distance in [3, 6, 12] {
+        for i in (0..24).filter(|i| i / distance % 2 == 0) {
+            let (near, far) = (values[i], values[i + distance]);
+            values[i] = 0.75 * near + 0.25 * far;
+            values[i + distance] = 0.25 * near + 0.75 * far;
+        }
     }
 }

@@ -60,7 +60,7 @@ pub fn body(
     let positions: Vec<Vec3> = occupied.iter().map(|c| grid.centre(*c)).collect();
     let volume: Vec<f64> = positions.iter().map(|x| fraction(x) * spacing.powi(3)).collect();
     let lattice = Lattice::new(&grid, &occupied, smoothing);
-    let mirror = Mirror::new(&lattice, &grid.origin, &positions, planes);
+    let mirror = Mirror::new(&lattice, &positions, planes, |_| true);
     let material = Arc::new(KelvinVoigt::new(1.0, 100.0, nu, T).unwrap());
     let elastic = Elastic::new(lattice, &volume, mirror, Fixed::default(), material, hourglass);
     TestBody { elastic, positions, spacing }

@@ -8,6 +8,7 @@ use crate::scenario::{
 use rsph_core::region::Region;
 use rsph_core::setup::{Boundary, Load, LoadKind, Motion, PatchCentre, Ramp, VectorField};
 use rsph_core::tensor::{Mat3, Vec3};
+use rsph_core::vector_field::FreeBeamMode;
 
 /// The region written at `path`.
 pub fn region(doc: &Document, path: &KeyPath, table: &RegionTable) -> Result<Region, ScenarioError> {
@@ -56,9 +57,13 @@ pub fn region(doc: &Document, path: &KeyPath, table: &RegionTable) -> Result<Reg
     })
 }
 
-/// An initial field; zero if there is none.
-pub fn field(table: Option<&FieldTable>) -> VectorField {
-    match table {
+/// The initial field written at `path`; zero if there is none.
+pub fn field(
+    doc: &Document,
+    path: &KeyPath,
+    table: Option<&FieldTable>,
+) -> Result<VectorField, ScenarioError> {
+    Ok(match table {
         None => VectorField::default(),
         Some(FieldTable::Constant(c)) => VectorField::Constant(Vec3::from(*c)),
         Some(FieldTable::Affine { constant, gradient }) => VectorField::Affine {
@@ -74,7 +79,15 @@ pub fn field(table: Option<&FieldTable>) -> VectorField {
             wave_number: Vec3::from(*wave_number),
             phase: *phase,
         },
-    }
+        Some(FieldTable::FreeBeam { start, end, amplitude, number }) => {
+            let [start, end, amplitude] = [start, end, amplitude].map(|v| Vec3::from(*v));
+            let mode = FreeBeamMode::new(start, end, amplitude, *number);
+            VectorField::FreeBeam(mode.map_err(|e| {
+                let word = e.key.rsplit('.').next().unwrap_or_default();
+                doc.error(&path.key("free_beam").key(word), e.problem, e.remedy)
+            })?)
+        }
+    })
 }
 
 /// All `[[boundary]]` entries.

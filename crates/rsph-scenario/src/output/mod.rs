@@ -1,11 +1,12 @@
 //! A run's folder: particles and surface for ParaView and pyvista, probes as a table, a summary for
 //! scripts and a report for people.
 
-mod atomic;
+pub(crate) mod atomic;
 pub mod checkpoint;
 mod frames_file;
 mod info;
 mod machine;
+mod number;
 pub mod polydata;
 pub mod probes;
 pub mod report;
@@ -15,6 +16,7 @@ pub mod vtkhdf;
 pub mod vtp;
 
 pub use info::{Parameter, ProbeColumn, RunInfo};
+pub use number::number;
 
 use crate::sink::{Outcome, RunSink, SinkError};
 use checkpoint::Checkpoint;

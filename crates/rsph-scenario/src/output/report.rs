@@ -6,6 +6,8 @@ mod packed;
 mod tables;
 mod thinned;
 
+pub(crate) use tables::escape;
+
 use super::polydata::PolyData;
 use super::summary::Summary;
 use super::{RunInfo, VERSION, atomic, units};
@@ -146,7 +148,7 @@ impl Report {
 
 /// The template with every `{{name}}` replaced by `value(name)`, in one pass: what is put in is
 /// not searched again.
-fn fill(template: &str, value: &dyn Fn(&str) -> String) -> String {
+pub(crate) fn fill(template: &str, value: &dyn Fn(&str) -> String) -> String {
     let mut out = String::new();
     let mut rest = template;
     while let Some((before, after)) = rest.split_once("{{") {

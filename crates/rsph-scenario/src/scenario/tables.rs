@@ -209,6 +209,23 @@ pub enum FieldTable {
         #[serde(default)]
         phase: f64,
     },
+    /// A bending mode of a slender beam with free ends; sections move across the beam and turn with it.
+    FreeBeam {
+        /// Centre of one end (m).
+        start: [f64; 3],
+        /// Centre of the other end (m).
+        end: [f64; 3],
+        /// Value at the start, the largest; perpendicular to the beam.
+        amplitude: [f64; 3],
+        /// Number of the mode, 1 to 20. Default: 1, the slowest.
+        #[serde(default = "first_mode")]
+        #[schemars(range(min = 1, max = 20))]
+        number: usize,
+    },
+}
+
+fn first_mode() -> usize {
+    1
 }
 
 /// The spatial discretisation.

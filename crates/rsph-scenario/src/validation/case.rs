@@ -2,6 +2,7 @@
 
 use crate::scenario::LoadedScenario;
 use rsph_core::error::Failure;
+use rsph_core::setup::Setup;
 use rsph_core::simulation::{Conservation, Simulation};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -13,10 +14,18 @@ pub(super) const TENSILE_KIDNEY: (&str, &str) =
     ("tensile_kidney.toml", include_str!("../../../../scenarios/tensile_kidney.toml"));
 pub(super) const LIVER_LOAD: (&str, &str) =
     ("liver_load.toml", include_str!("../../../../scenarios/liver_load.toml"));
+pub(super) const LIVER_LOAD_144: (&str, &str) =
+    ("liver_load_144.toml", include_str!("../../../../scenarios/liver_load_144.toml"));
+pub(super) const LIVER_LOAD_TRANSIENT: (&str, &str) =
+    ("liver_load_transient.toml", include_str!("../../../../scenarios/liver_load_transient.toml"));
 pub(super) const LIVER_VISIBLE_HUMAN: (&str, &str) =
     ("liver_visible_human.toml", include_str!("../../../../scenarios/liver_visible_human.toml"));
 pub(super) const HANGING_COLUMN: (&str, &str) =
     ("hanging_column.toml", include_str!("../../../../scenarios/hanging_column.toml"));
+pub(super) const OSCILLATING_BAR: (&str, &str) =
+    ("oscillating_bar.toml", include_str!("../../../../scenarios/oscillating_bar.toml"));
+pub(super) const OSCILLATING_BEAM: (&str, &str) =
+    ("oscillating_beam.toml", include_str!("../../../../scenarios/oscillating_beam.toml"));
 
 pub(super) const DEFORMATION: (&str, &str) =
     ("deformation.toml", include_str!("../../../../scenarios/deformation.toml"));
@@ -63,12 +72,17 @@ impl History {
 }
 
 /// Builds a shipped scenario with edits (`key.path=value`); returns it with its end time.
-pub(super) fn simulation((name, text): (&str, &str), sets: &[String]) -> Result<(Simulation, f64), String> {
+pub(super) fn simulation(scenario: (&str, &str), sets: &[String]) -> Result<(Simulation, f64), String> {
+    let (setup, until) = setup(scenario, sets)?;
+    Ok((Simulation::new(setup).map_err(|e| format!("{}: {e}", scenario.0))?, until))
+}
+
+/// What a shipped scenario with edits is made from, and its end time.
+pub(super) fn setup((name, text): (&str, &str), sets: &[String]) -> Result<(Setup, f64), String> {
     let scenario = LoadedScenario::from_text(name, text.to_owned(), PathBuf::new(), sets)
         .map_err(|e| format!("{name}: {e}"))?;
     let job = scenario.lower().map_err(|e| format!("{name}: {e}"))?;
-    let simulation = Simulation::new(job.setup).map_err(|e| format!("{name}: {e}"))?;
-    Ok((simulation, job.until))
+    Ok((job.setup, job.until))
 }
 
 /// Runs a shipped scenario to its end, with about 2,000 samples of its first probe.

@@ -2,12 +2,12 @@
 //! remeshing, and there and back.
 
 mod measures;
-mod picture;
 
 use super::Row;
 use super::case::{DEFORMATION, DEFORMATION_REMESHED, simulation};
+use super::picture::Picture;
+use super::render::{View, render, shaded};
 use measures::{Exact, difference, tear_level};
-use picture::Picture;
 use rsph_core::kernel::RemeshKernel;
 use rsph_core::particles::{Column, Field, Particles};
 use rsph_core::remesh::{NewVolume, NodeLattice, Remesher};
@@ -102,7 +102,8 @@ fn whole_or_torn(level: &Level, rows: &mut Vec<Row>) -> Result<(), String> {
     let snapshot = torn.snapshot();
     let surface = torn.surface(&snapshot).mesh;
     let name = |what: &str| format!("deformation: {what}, dx = {dx}");
-    rows.push(Row::at_least(name("pieces without remeshing"), surface.components() as f64, 2.0, "1"));
+    let pieces = surface.components() as f64;
+    rows.push(Row::at_least(name("pieces without remeshing"), pieces, 2.0, "1").paper("torn apart"));
     let torn_level = tear_level(&snapshot, dx);
 
     let with = [sets.as_slice(), &[remeshed(RemeshKernel::M4Prime, 1)]].concat();
@@ -115,7 +116,8 @@ fn whole_or_torn(level: &Level, rows: &mut Vec<Row>) -> Result<(), String> {
         let snapshot = whole.snapshot();
         let surface = whole.surface(&snapshot).mesh;
         let name = |what: &str| name(&format!("{what} with M'4 every step, t = {t}"));
-        rows.push(Row::near(name("pieces"), surface.components() as f64, 1.0, 0.0, "1"));
+        let pieces = surface.components() as f64;
+        rows.push(Row::near(name("pieces"), pieces, 1.0, 0.0, "1").paper("non-ruptured"));
         let euler = surface.euler_characteristic() as f64;
         rows.push(Row::near(name("Euler characteristic"), euler, 2.0, 0.0, "1"));
     }
@@ -182,7 +184,12 @@ fn cost() -> Result<f64, String> {
 
 /// Figs. 1 to 3: particles at three moments and the surface at the end, without and with remeshing.
 fn pictures(levels: [&Level; 2], folder: &Path) -> Result<(), String> {
-    let mut picture = Picture::new(4);
+    // The sheet stays in the unit cube; particles with less colour are the halo of a remeshed body.
+    const PANEL: usize = 260;
+    const SEEN: f64 = 0.25;
+    let eye = Vec3::new(0.55, 0.35, 0.75);
+    let view = View::new(eye, Vec3::new(0.46, 0.42, 0.45), 1.1 * PANEL as f64, [PANEL; 2]);
+    let mut picture = Picture::new(4, view.size(), false);
     for level in levels {
         let sets = [format!("body.spacing={}", level.spacing), format!("dynamics.iso={}", level.iso)];
         for (scenario, label) in [(DEFORMATION, "not remeshed"), (DEFORMATION_REMESHED, "remeshed")] {
@@ -190,11 +197,15 @@ fn pictures(levels: [&Level; 2], folder: &Path) -> Result<(), String> {
             let (mut sim, _) = simulation(scenario, &sets)?;
             for t in [0.0, 0.4, 0.6] {
                 sim.advance_to(t, &mut |_| true).map_err(|e| e.to_string())?;
-                picture.particles(&title(t), &sim.snapshot());
+                let snapshot = sim.snapshot();
+                let colour = snapshot.column(Field::Colour).values();
+                let drawn = snapshot.positions().into_iter().zip(colour).filter(|(_, c)| **c >= SEEN);
+                picture.dots(&title(t), &view, drawn.map(|(x, _)| Vec3::from(x)));
             }
             sim.advance_to(END, &mut |_| true).map_err(|e| e.to_string())?;
             let snapshot = sim.snapshot();
-            picture.surface(&title(END), &sim.surface(&snapshot).mesh);
+            let mesh = sim.surface(&snapshot).mesh;
+            picture.pixels(&title(END), &render(&mesh, &view, &shaded))?;
         }
     }
     picture.save(&folder.join("deformation.svg"))

@@ -26,7 +26,7 @@ pub(super) fn extension(t: f64, young_modulus: f64, relaxation_time: f64) -> f64
 }
 
 /// g(t) of one mode.
-fn decay(t: f64, omega: f64, relaxation_time: f64) -> f64 {
+pub(super) fn decay(t: f64, omega: f64, relaxation_time: f64) -> f64 {
     let half = 0.5 * relaxation_time * omega * omega;
     let discriminant = half * half - omega * omega;
     if discriminant > 0.0 {

@@ -29,7 +29,8 @@ pub(super) fn run(quick: bool, folder: &Path) -> Result<Vec<Row>, String> {
             "% of the value at rest",
         ));
         let scaled = |v: &[f64]| v.iter().map(|u| u * e).collect::<Vec<f64>>();
-        figure.add(Curve::solid(&format!("particles, E = {e}"), &run.time, &scaled(&run.value)));
+        let particles = if e > 50.0 { Curve::solid } else { Curve::marked };
+        figure.add(particles(&format!("particles, E = {e}"), &run.time, &scaled(&run.value)));
         figure.add(Curve::dotted(&format!("series, E = {e}"), &run.time, &scaled(&exact)));
     }
     figure.save(folder, "series")?;

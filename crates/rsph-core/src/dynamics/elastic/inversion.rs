@@ -16,8 +16,8 @@ impl Elastic {
             out
         });
         let jacobian = |a: usize| {
-            let (row, x) = self.lattice.row_and_x(a);
-            self.work.pair[row * PAIR_COMPONENTS * self.lattice.stride + x]
+            let (tile, lane) = self.lattice.tiles.place(a);
+            self.work.pair[tile * PAIR_COMPONENTS].0[lane]
         };
         (0..self.len()).map(|a| (a, jacobian(a))).min_by(|p, q| p.1.total_cmp(&q.1))
     }

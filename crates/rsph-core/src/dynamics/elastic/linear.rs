@@ -1,12 +1,13 @@
 //! The stress sweep of a linear material: as many particles at once as a vector register holds.
 
-use super::Elastic;
+use super::{Elastic, Spread};
 use crate::boundary::mirror::Mirror;
-use crate::lattice::{LANES, Lattice, NO_PARTICLE};
+use crate::lattice::Lattice;
 use crate::material::Tangent;
 use crate::moments::Moments;
 use crate::ops::{self, PAIR_COMPONENTS, Pointwise};
-use crate::tensor::Vec3;
+use crate::tensor::{Mat3, Vec3};
+use crate::tiles::{LANES, Tile};
 use pulp::Simd;
 
 /// Numbers of a particle that the sweep needs: V, the six of L (VTK order),
@@ -15,21 +16,65 @@ const CONSTANTS: usize = 11;
 /// Place of L_ij among the six of a symmetric tensor.
 const SYM: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
 
-/// Constants of the sweep, as a box field.
+/// Constants of the sweep, as a tiled field.
 #[derive(Clone, Debug)]
 pub(super) struct Constants {
-    values: Vec<f64>,
-    /// Rows in which a particle sees a mirror ghost.
+    values: Vec<Tile>,
+    /// Tiles in which a particle sees a mirror ghost.
     near_wall: Vec<bool>,
+    /// Tiles of full cells with full neighbourhoods: first moments vanish there, and L is a number.
+    inside: Vec<bool>,
+    bulk: Bulk,
+}
+
+/// Constants of a particle whose cell and neighbourhood are full.
+#[derive(Clone, Copy, Debug)]
+struct Bulk {
+    volume: f64,
+    /// L = this times the unit tensor.
+    correction: f64,
+    /// sum V_b w / V.
+    zeroth: f64,
+}
+
+/// Share by which the constants of a full neighbourhood may differ from those of the lattice.
+const ROUNDING: f64 = 1e-12;
+
+impl Bulk {
+    fn new(lattice: &Lattice) -> Self {
+        Self {
+            volume: lattice.spacing.powi(3),
+            correction: 1.0 / lattice.full_moment,
+            zeroth: lattice.neighbours.iter().map(|n| n.w).sum(),
+        }
+    }
+
+    /// Whether the constants of a particle are these, to rounding.
+    fn fits(&self, m: &Moments, spacing: f64) -> bool {
+        let near = |value: f64, expected: f64| (value / expected - 1.0).abs() < ROUNDING;
+        let l = m.correction / self.correction;
+        near(m.volume, self.volume)
+            && near(m.zeroth, self.volume * self.zeroth)
+            && (l - Mat3::identity()).amax() < ROUNDING
+            && m.first.amax() < ROUNDING * m.zeroth * spacing
+    }
 }
 
 impl Constants {
     /// Of a body with these moments.
     pub(super) fn new(lattice: &Lattice, moments: &[Moments], mirror: &Mirror) -> Self {
-        let mut values = ops::box_field(lattice, CONSTANTS);
-        let mut near_wall = vec![false; lattice.spans.len()];
-        for (a, m) in moments.iter().enumerate().filter(|(_, m)| m.volume > 0.0) {
-            let (row, x) = lattice.row_and_x(a);
+        let tiles = &lattice.tiles;
+        let bulk = Bulk::new(lattice);
+        let mut values = tiles.field(CONSTANTS);
+        let mut near_wall = vec![false; tiles.len()];
+        let mut inside: Vec<bool> = (0..tiles.len()).map(|t| tiles.particles(t).1 == u8::MAX).collect();
+        for (a, m) in moments.iter().enumerate() {
+            let (t, lane) = tiles.place(a);
+            near_wall[t] |= !mirror.ghosts_of(a).is_empty();
+            inside[t] &= bulk.fits(m, lattice.spacing);
+            if m.volume <= 0.0 {
+                continue;
+            }
             let l = &m.correction;
             let of_q = m.first / m.volume;
             let constants = [
@@ -45,41 +90,50 @@ impl Constants {
                 of_q.z,
                 m.zeroth / m.volume,
             ];
-            for (c, value) in constants.into_iter().enumerate() {
-                values[(row * CONSTANTS + c) * lattice.stride + x] = value;
+            for (value, constant) in values[t * CONSTANTS..].iter_mut().zip(constants) {
+                value.0[lane] = constant;
             }
-            near_wall[row] |= !mirror.ghosts_of(a).is_empty();
         }
-        Self { values, near_wall }
+        Self { values, near_wall, inside, bulk }
+    }
+
+    /// V in the lanes of tile `t`.
+    #[inline(always)]
+    pub(super) fn volume(&self, t: usize) -> &[f64; LANES] {
+        &self.values[t * CONSTANTS].0
+    }
+
+    /// Whether a particle of tile `t` sees a mirror ghost.
+    #[inline(always)]
+    pub(super) fn near_wall(&self, t: usize) -> bool {
+        self.near_wall[t]
     }
 }
 
 /// From sums to T_a and the part of the force that needs no neighbour's T.
 struct LinearStress<'a> {
-    lattice: &'a Lattice,
     constants: &'a Constants,
     moments: &'a [Moments],
     mirror: &'a Mirror,
     tangent: &'a Tangent,
+    /// Whether no shear strain goes with a normal stress or with another shear stress.
+    decoupled: bool,
     kappa: f64,
-    q: &'a [f64],
-    z: &'a [f64],
+    spread: Spread<'a>,
     offset: &'a [Vec3],
+    /// Whether the sums of the lattice lack something of the ghosts.
+    lacking: bool,
 }
 
 impl LinearStress<'_> {
-    /// Adds what the mirror ghosts of the particles at `x`, `x + 1`, ... of `row` put into their sums.
-    fn add_ghosts<S: Simd>(&self, row: usize, x: usize, sums: &mut [S::f64s; PAIR_COMPONENTS]) {
-        let first = row * self.lattice.stride + x;
-        let cells = &self.lattice.particle_at[first..first + S::F64_LANES];
-        let sees = |a: &u32| *a != NO_PARTICLE && !self.mirror.ghosts_of(*a as usize).is_empty();
-        if !cells.iter().any(sees) {
-            return;
-        }
+    /// Adds what the mirror ghosts of the particles in the lanes from `lane` on put into their sums.
+    #[inline(never)]
+    fn add_ghosts<S: Simd>(&self, tile: usize, lane: usize, sums: &mut [S::f64s; PAIR_COMPONENTS]) {
         let mut lanes = [[0.0; LANES]; PAIR_COMPONENTS];
-        for (l, &a) in cells.iter().enumerate().filter(|(_, a)| sees(a)) {
-            for ghost in self.mirror.ghosts_of(a as usize) {
-                let z = Elastic::ghost_value(ghost, self.z, self.moments.len(), self.offset)
+        let (mut a, mask) = self.spread.tiles.particles(tile);
+        for l in (0..LANES).filter(|l| mask >> l & 1 == 1) {
+            for ghost in self.mirror.ghosts_of(a) {
+                let z = self.spread.lacking(self.mirror, ghost, self.offset)
                     * (self.moments[ghost.partner as usize].volume * ghost.w);
                 for i in 0..3 {
                     for j in 0..3 {
@@ -88,11 +142,12 @@ impl LinearStress<'_> {
                     lanes[9 + i][l] += z[i];
                 }
             }
+            a += 1;
         }
         for (sum, lanes) in sums.iter_mut().zip(&lanes) {
             let mut together = [0.0; LANES];
             S::as_mut_simd_f64s(&mut together[..S::F64_LANES]).0[0] = *sum;
-            for (t, l) in together.iter_mut().zip(lanes) {
+            for (t, l) in together.iter_mut().zip(&lanes[lane..lane + S::F64_LANES]) {
                 *t += l;
             }
             *sum = S::as_simd_f64s(&together[..S::F64_LANES]).0[0];
@@ -100,31 +155,11 @@ impl LinearStress<'_> {
     }
 }
 
-impl Pointwise for LinearStress<'_> {
+// No closures in what follows: they would not inherit the instruction set.
+impl LinearStress<'_> {
+    /// V sigma of the gradient G, Eq. (5).
     #[inline(always)]
-    fn transform<S: Simd>(&self, simd: S, row: usize, x: usize, sums: &mut [S::f64s; PAIR_COMPONENTS]) {
-        // No closures here: they would not inherit the instruction set.
-        let stride = self.lattice.stride;
-        let mut constant = [simd.splat_f64s(0.0); CONSTANTS];
-        for (c, value) in constant.iter_mut().enumerate() {
-            *value = ops::load(simd, &self.constants.values, (row * CONSTANTS + c) * stride + x);
-        }
-        let [volume, l0, l1, l2, l3, l4, l5, first_x, first_y, first_z, zeroth] = constant;
-        let (l, first) = ([l0, l1, l2, l3, l4, l5], [first_x, first_y, first_z]);
-        for i in 0..3 {
-            let q = ops::load(simd, self.q, (row * 3 + i) * stride + x);
-            for j in 0..3 {
-                sums[3 * i + j] = simd.negate_mul_add_e_f64s(q, first[j], sums[3 * i + j]);
-            }
-            sums[9 + i] = simd.negate_mul_add_e_f64s(q, zeroth, sums[9 + i]);
-        }
-        if self.constants.near_wall[row] {
-            self.add_ghosts::<S>(row, x, sums);
-        }
-        let mut g = [[volume; 3]; 3]; // G = H L
-        for i in 0..3 {
-            g[i] = times(simd, [sums[3 * i], sums[3 * i + 1], sums[3 * i + 2]], &l);
-        }
+    fn stress<S: Simd>(&self, simd: S, g: &[[S::f64s; 3]; 3], volume: S::f64s) -> [S::f64s; 6] {
         let half = simd.splat_f64s(0.5);
         let strain = [
             g[0][0],
@@ -134,14 +169,82 @@ impl Pointwise for LinearStress<'_> {
             simd.mul_f64s(half, simd.add_f64s(g[1][2], g[2][1])),
             simd.mul_f64s(half, simd.add_f64s(g[0][2], g[2][0])),
         ];
-        // Eq. (5), times the volume.
         let mut sigma = [simd.splat_f64s(0.0); 6];
-        for (k, sigma) in sigma.iter_mut().enumerate() {
-            for (j, e) in strain.into_iter().enumerate() {
-                *sigma = simd.mul_add_e_f64s(simd.splat_f64s(self.tangent.0[k][j]), e, *sigma);
+        if self.decoupled {
+            for k in 0..3 {
+                for j in 0..3 {
+                    sigma[k] =
+                        simd.mul_add_e_f64s(simd.splat_f64s(self.tangent.0[k][j]), strain[j], sigma[k]);
+                }
+                sigma[k + 3] = simd.mul_f64s(simd.splat_f64s(self.tangent.0[k + 3][k + 3]), strain[k + 3]);
             }
+        } else {
+            for (k, sigma) in sigma.iter_mut().enumerate() {
+                for (j, e) in strain.into_iter().enumerate() {
+                    *sigma = simd.mul_add_e_f64s(simd.splat_f64s(self.tangent.0[k][j]), e, *sigma);
+                }
+            }
+        }
+        for sigma in &mut sigma {
             *sigma = simd.mul_f64s(*sigma, volume);
         }
+        sigma
+    }
+
+    /// [`Pointwise::transform`] in a tile of full neighbourhoods.
+    #[inline(always)]
+    fn inside<S: Simd>(&self, simd: S, tile: usize, lane: usize, sums: &mut [S::f64s; PAIR_COMPONENTS]) {
+        let Bulk { volume, correction, zeroth } = self.constants.bulk;
+        let l = simd.splat_f64s(correction);
+        let mut g = [[l; 3]; 3]; // G = H L
+        for i in 0..3 {
+            for j in 0..3 {
+                g[i][j] = simd.mul_f64s(sums[3 * i + j], l);
+            }
+        }
+        let sigma = self.stress(simd, &g, simd.splat_f64s(volume * correction));
+        let stiff = simd.splat_f64s(self.kappa * volume);
+        let (twice, zeroth) = (simd.splat_f64s(2.0 * self.kappa * volume), simd.splat_f64s(zeroth));
+        for i in 0..3 {
+            for j in 0..3 {
+                sums[3 * i + j] = simd.negate_mul_add_e_f64s(stiff, g[i][j], sigma[SYM[i][j]]);
+            }
+            let q = ops::load(simd, &self.spread.q[tile * 3 + i].0, lane);
+            sums[9 + i] = simd.mul_f64s(twice, simd.negate_mul_add_e_f64s(q, zeroth, sums[9 + i]));
+        }
+    }
+}
+
+impl Pointwise for LinearStress<'_> {
+    #[inline(always)]
+    fn transform<S: Simd>(&self, simd: S, tile: usize, lane: usize, sums: &mut [S::f64s; PAIR_COMPONENTS]) {
+        let lacking = self.lacking && self.constants.near_wall[tile];
+        if self.constants.inside[tile] && !lacking {
+            self.inside(simd, tile, lane, sums);
+            return;
+        }
+        let mut constant = [simd.splat_f64s(0.0); CONSTANTS];
+        let values = &self.constants.values[tile * CONSTANTS..(tile + 1) * CONSTANTS];
+        for (constant, value) in constant.iter_mut().zip(values) {
+            *constant = ops::load(simd, &value.0, lane);
+        }
+        let [volume, l0, l1, l2, l3, l4, l5, first_x, first_y, first_z, zeroth] = constant;
+        let (l, first) = ([l0, l1, l2, l3, l4, l5], [first_x, first_y, first_z]);
+        for i in 0..3 {
+            let q = ops::load(simd, &self.spread.q[tile * 3 + i].0, lane);
+            for j in 0..3 {
+                sums[3 * i + j] = simd.negate_mul_add_e_f64s(q, first[j], sums[3 * i + j]);
+            }
+            sums[9 + i] = simd.negate_mul_add_e_f64s(q, zeroth, sums[9 + i]);
+        }
+        if lacking {
+            self.add_ghosts::<S>(tile, lane, sums);
+        }
+        let mut g = [[volume; 3]; 3]; // G = H L
+        for i in 0..3 {
+            g[i] = times(simd, [sums[3 * i], sums[3 * i + 1], sums[3 * i + 2]], &l);
+        }
+        let sigma = self.stress(simd, &g, volume);
         let stiff = simd.mul_f64s(simd.splat_f64s(self.kappa), volume);
         let twice = simd.add_f64s(stiff, stiff);
         for i in 0..3 {
@@ -174,16 +277,16 @@ impl Elastic {
     pub(super) fn linear_stress_sweep(&mut self, tangent: &Tangent) {
         let work = &mut self.work;
         let pointwise = LinearStress {
-            lattice: &self.lattice,
             constants: &self.constants,
             moments: &self.moments,
             mirror: &self.mirror,
             tangent,
+            decoupled: (0..6).all(|k| (0..6).all(|j| k == j || (k < 3 && j < 3) || tangent.0[k][j] == 0.0)),
             kappa: self.hourglass,
-            q: &work.q,
-            z: &work.effective,
+            spread: Spread { tiles: &self.lattice.tiles, q: &work.q, constants: &self.constants },
             offset: &work.offset,
+            lacking: self.mirror.has_others() || work.offset.iter().any(|o| *o != Vec3::zeros()),
         };
-        ops::gradient_sums(&self.lattice, &work.q, &mut work.pair, &pointwise);
+        ops::gradient_sums(&self.lattice, self.mirror.folds(), &work.q, &mut work.pair, &pointwise);
     }
 }

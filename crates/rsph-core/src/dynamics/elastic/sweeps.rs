@@ -1,70 +1,136 @@
 //! The two sweeps of the adjoint formulation: gradient and stress, then the adjoint of the gradient.
 
+use super::linear::Constants;
 use super::{Elastic, Workspace};
 use crate::boundary::mirror::{Ghost, Mirror};
 use crate::moments::Moments;
-use crate::ops::{self, PAIR_COMPONENTS, PerParticle};
+use crate::ops::{self, PAIR_COMPONENTS, Plain};
 use crate::tensor::{Mat3, SymTensor, Vec3};
+use crate::tiles::{LANES, Tile, Tiles};
 use rayon::prelude::*;
 
-impl Elastic {
-    /// Prepares V_b z_b of the field z = u + T v, whose gradient is the effective strain of Eq. (5).
-    pub(super) fn spread(&mut self, u: &[f64], v: Option<(&[f64], f64)>) {
-        let n = self.len();
-        match v {
-            Some((v, relaxation_time)) => self
-                .work
-                .effective
-                .par_iter_mut()
-                .zip(u.par_iter().zip(v))
-                .for_each(|(z, (u, v))| *z = u + relaxation_time * v),
-            None => self.work.effective.copy_from_slice(u),
-        }
-        let (z, moments) = (&self.work.effective, &self.moments);
-        ops::scatter(&self.lattice, &mut self.work.q, |a| vector(z, n, a) * moments[a].volume);
-    }
+/// Tiles that one task spreads.
+const TILES_A_TASK: usize = 128;
 
-    /// Displacement (or effective displacement) of a ghost.
+/// A field z that was spread over the tiles as V z.
+#[derive(Clone, Copy)]
+pub(super) struct Spread<'a> {
+    pub(super) tiles: &'a Tiles,
+    pub(super) q: &'a [Tile],
+    pub(super) constants: &'a Constants,
+}
+
+impl Spread<'_> {
+    /// z of a particle; zero for one that no sum sees.
     #[inline(always)]
-    pub(super) fn ghost_value(ghost: &Ghost, z: &[f64], n: usize, offset: &[Vec3]) -> Vec3 {
-        ghost.sign.component_mul(&vector(z, n, ghost.partner as usize)) + offset[ghost.group as usize]
+    pub(super) fn value(&self, a: usize) -> Vec3 {
+        let (t, lane) = self.tiles.place(a);
+        let volume = self.constants.volume(t)[lane];
+        let inverse = if volume > 0.0 { 1.0 / volume } else { 0.0 };
+        Vec3::from_fn(|i, _| self.q[t * 3 + i].0[lane] * inverse)
     }
 
+    /// z of a ghost.
+    #[inline(always)]
+    pub(super) fn ghost(&self, ghost: &Ghost, offset: &[Vec3]) -> Vec3 {
+        ghost.sign.component_mul(&self.value(ghost.partner as usize)) + offset[ghost.group as usize]
+    }
+
+    /// z of a ghost as far as the sums of the lattice lack it.
+    #[inline(always)]
+    pub(super) fn lacking(&self, mirror: &Mirror, ghost: &Ghost, offset: &[Vec3]) -> Vec3 {
+        if mirror.is_folded(ghost) { offset[ghost.group as usize] } else { self.ghost(ghost, offset) }
+    }
+}
+
+/// What the gradient of a field that was spread depends on.
+pub(super) struct Body<'a> {
+    pub(super) moments: &'a [Moments],
+    pub(super) mirror: &'a Mirror,
+    pub(super) stretch: &'a [Mat3],
+    pub(super) spread: Spread<'a>,
+    pub(super) offset: &'a [Vec3],
+}
+
+impl Body<'_> {
     /// Completes the lattice sums of particle a to G_a = sum V_b w (z_b - z_a) (x) L_a X, Eqs. (10),
     /// (13), and to the Laplacian sum V_b w (z_b - z_a).
     #[inline(always)]
-    pub(super) fn complete(
-        moments: &[Moments],
-        mirror: &Mirror,
-        offset: &[Vec3],
-        z: &[f64],
-        a: usize,
-        h: &Mat3,
-        q: &Vec3,
-    ) -> (Mat3, Vec3) {
-        let n = moments.len();
-        let m = &moments[a];
-        let z_a = vector(z, n, a);
+    fn complete(&self, a: usize, h: &Mat3, q: &Vec3) -> (Mat3, Vec3) {
+        let m = &self.moments[a];
+        let z_a = self.spread.value(a);
         let (mut h, mut q) = (h - z_a * m.first.transpose(), q - z_a * m.zeroth);
-        for ghost in mirror.ghosts_of(a) {
-            let vw_z =
-                Self::ghost_value(ghost, z, n, offset) * (moments[ghost.partner as usize].volume * ghost.w);
+        for ghost in self.mirror.ghosts_of(a) {
+            let vw_z = self.spread.lacking(self.mirror, ghost, self.offset)
+                * (self.moments[ghost.partner as usize].volume * ghost.w);
             h += vw_z * ghost.x.transpose();
             q += vw_z;
         }
         (h * m.correction, q)
     }
+}
+
+impl Elastic {
+    /// Prepares V_b z_b of the field z = u + T v, whose gradient is the effective strain of Eq. (5).
+    pub(super) fn spread(&mut self, u: &[f64], v: Option<(&[f64], f64)>) {
+        let n = self.len();
+        let (tiles, constants) = (&self.lattice.tiles, &self.constants);
+        self.work.q.par_chunks_mut(3).with_min_len(TILES_A_TASK).enumerate().for_each(|(t, q)| {
+            let (a, mask) = tiles.particles(t);
+            let volume = constants.volume(t);
+            let count = mask.count_ones() as usize;
+            for (i, q) in q.iter_mut().enumerate() {
+                let here = i * n + a..i * n + a + count;
+                let mut z = [0.0; LANES];
+                z[..count].copy_from_slice(&u[here.clone()]);
+                if let Some((v, relaxation_time)) = v {
+                    for (z, v) in z.iter_mut().zip(&v[here]) {
+                        *z += relaxation_time * v;
+                    }
+                }
+                if mask == u8::MAX {
+                    for l in 0..LANES {
+                        q.0[l] = z[l] * volume[l];
+                    }
+                } else {
+                    let occupied = (0..LANES).filter(|l| mask >> l & 1 == 1);
+                    occupied.zip(z).for_each(|(l, z)| q.0[l] = z * volume[l]);
+                }
+            }
+        });
+    }
+
+    /// The field that was spread.
+    pub(super) fn spread_field(&self) -> Spread<'_> {
+        Spread { tiles: &self.lattice.tiles, q: &self.work.q, constants: &self.constants }
+    }
+
+    /// Leaves `visit(body, particle, gradient on the lattice, Laplacian)` of the field that was spread in
+    /// the tiled field `pair`.
+    pub(super) fn visit_sums(
+        &mut self,
+        visit: impl Fn(&Body<'_>, usize, &Mat3, &Vec3) -> [f64; PAIR_COMPONENTS] + Sync,
+    ) {
+        let Workspace { q, pair, offset, .. } = &mut self.work;
+        ops::gradient_sums(&self.lattice, self.mirror.folds(), q, pair, &Plain);
+        let tiles = &self.lattice.tiles;
+        let body = Body {
+            moments: &self.moments,
+            mirror: &self.mirror,
+            stretch: &self.stretch,
+            spread: Spread { tiles, q, constants: &self.constants },
+            offset,
+        };
+        ops::per_particle(tiles, pair, |a, h, q| {
+            let (g, laplacian) = body.complete(a, h, q);
+            visit(&body, a, &g, &laplacian)
+        });
+    }
 
     /// Gradient in the undeformed body of the field that was spread, through `visit(gradient) -> values`,
-    /// which end up in the box field `pair`.
+    /// which end up in the tiled field `pair`.
     pub(super) fn visit_gradient(&mut self, visit: impl Fn(&Mat3) -> [f64; PAIR_COMPONENTS] + Sync) {
-        let Workspace { q, pair, effective, offset, .. } = &mut self.work;
-        let (moments, mirror, stretch) = (&self.moments, &self.mirror, &self.stretch);
-        let function = |a: usize, h: &Mat3, q: &Vec3| {
-            let (g, _) = Self::complete(moments, mirror, offset, effective, a, h, q);
-            visit(&undeformed(stretch, a, &g))
-        };
-        ops::gradient_sums(&self.lattice, q, pair, &PerParticle { lattice: &self.lattice, function });
+        self.visit_sums(|body, a, g, _| visit(&undeformed(body.stretch, a, g)));
     }
 
     /// From the field that was spread to T_a and the part of the force that needs no neighbour's T:
@@ -78,16 +144,12 @@ impl Elastic {
 
     /// [`Self::stress_sweep`] for any material.
     fn general_stress_sweep(&mut self) {
-        let Workspace { q, pair, effective, offset, .. } = &mut self.work;
-        let (moments, mirror, material, kappa) =
-            (&self.moments, &self.mirror, &*self.material, self.hourglass);
-        let stretch = &self.stretch;
-        let function = |a: usize, h: &Mat3, q: &Vec3| {
-            let (g, laplacian) = Self::complete(moments, mirror, offset, effective, a, h, q);
-            let m = &moments[a];
-            let strain = SymTensor::symmetric_part(&undeformed(stretch, a, &g));
+        let (material, kappa) = (std::sync::Arc::clone(&self.material), self.hourglass);
+        self.visit_sums(|body, a, g, laplacian| {
+            let m = &body.moments[a];
+            let strain = SymTensor::symmetric_part(&undeformed(body.stretch, a, g));
             let mut sigma = material.stress(strain).to_matrix(); // Eq. (5)
-            if let Some(f) = stretch.get(a) {
+            if let Some(f) = body.stretch.get(a) {
                 sigma *= f.transpose();
             }
             let t = (sigma * m.correction - g * kappa) * m.volume;
@@ -100,63 +162,99 @@ impl Elastic {
                 out[9 + i] = own[i];
             }
             out
-        };
-        ops::gradient_sums(&self.lattice, q, pair, &PerParticle { lattice: &self.lattice, function });
+        });
     }
 
     /// T of particle `a` after [`Self::stress_sweep`].
     #[inline(always)]
     fn pair_tensor(&self, a: usize) -> Mat3 {
-        let (row, x) = self.lattice.row_and_x(a);
-        let first = row * PAIR_COMPONENTS * self.lattice.stride + x;
-        Mat3::from_fn(|i, j| self.work.pair[first + (3 * i + j) * self.lattice.stride])
+        let (t, lane) = self.lattice.tiles.place(a);
+        Mat3::from_fn(|i, j| self.work.pair[t * PAIR_COMPONENTS + 3 * i + j].0[lane])
     }
 
-    /// Internal force on particle `a` after both sweeps, Eq. (12) in adjoint form, and the share of
-    /// it that comes from the walls, with the power of moving walls.
+    /// Internal forces on the particles from `first` on after both sweeps, Eq. (12) in adjoint form,
+    /// component by component; the share of them that comes from the walls, and the power of moving
+    /// walls.
     #[inline(always)]
-    pub(super) fn internal_force(&self, a: usize) -> (Vec3, Vec3, f64) {
-        let stride = self.lattice.stride;
-        let (row, x) = self.lattice.row_and_x(a);
-        let component =
-            |field: &[f64], components: usize, c: usize| field[(row * components + c) * stride + x];
-        let m = &self.moments[a];
-        let mut f = Vec3::from_fn(|i, _| {
-            component(&self.work.pair, PAIR_COMPONENTS, 9 + i)
-                + m.volume * component(&self.work.adjoint, 3, i)
+    pub(super) fn internal_forces(&self, first: usize, force: [&mut [f64]; 3]) -> (Vec3, f64) {
+        let [fx, fy, fz] = force;
+        let mut power = 0.0;
+        let others = self.mirror.has_others();
+        let moving = self.work.offset_rate.iter().any(|rate| *rate != Vec3::zeros());
+        self.lattice.tiles.for_each_run(first..first + fx.len(), |a, t, lane, count| {
+            let at = a - first;
+            let volume = self.constants.volume(t);
+            for (i, f) in [&mut *fx, &mut *fy, &mut *fz].into_iter().enumerate() {
+                let own = &self.work.pair[t * PAIR_COMPONENTS + 9 + i].0;
+                let adjoint = &self.work.adjoint[t * 3 + i].0;
+                let f = &mut f[at..at + count];
+                if let Ok(f) = <&mut [f64; LANES]>::try_from(&mut *f) {
+                    for l in 0..LANES {
+                        f[l] = own[l] + volume[l] * adjoint[l];
+                    }
+                } else {
+                    for (l, f) in (lane..).zip(f) {
+                        *f = own[l] + volume[l] * adjoint[l];
+                    }
+                }
+            }
+            if others && self.constants.near_wall(t) {
+                for l in 0..count {
+                    let image = self.images(a + l);
+                    (fx[at + l], fy[at + l], fz[at + l]) =
+                        (fx[at + l] + image.x, fy[at + l] + image.y, fz[at + l] + image.z);
+                }
+            }
+            if moving && self.constants.near_wall(t) {
+                power += (a..a + count).map(|a| self.wall_power(a)).sum::<f64>();
+            }
         });
-        let ghosts = self.mirror.ghosts_of(a);
-        if ghosts.is_empty() {
-            return (f, Vec3::zeros(), 0.0);
-        }
-        let (n, z) = (self.len(), &self.work.effective);
-        let (t_a, z_a) = (self.pair_tensor(a), vector(z, n, a));
-        let (mut wall, mut power) = (Vec3::zeros(), 0.0);
-        for ghost in ghosts {
-            let v_b = self.moments[ghost.partner as usize].volume;
-            // The partner's T, mirrored: what the images of a put on a.
-            let t_b = self.pair_tensor(ghost.partner as usize);
-            let t_b_x = ghost.sign.component_mul(&(t_b * ghost.reflection.component_mul(&ghost.x)));
-            let image = t_b_x * (m.volume * ghost.w);
-            let spring = (Self::ghost_value(ghost, z, n, &self.work.offset) - z_a)
-                * (self.hourglass * m.volume * v_b * ghost.w);
-            f += image;
-            wall += image + t_a * ghost.x * (v_b * ghost.w) + spring * 2.0;
-            // The wall holds against the force on the ghost, and works when the ghost moves.
-            power -=
-                ghost.sign.component_mul(&(image + spring)).dot(&self.work.offset_rate[ghost.group as usize]);
-        }
-        (f, wall, power)
+        // Forces between particles have no resultant: what is left comes from the walls.
+        let wall = if self.mirror.is_empty() {
+            Vec3::zeros()
+        } else {
+            Vec3::new(fx.iter().sum(), fy.iter().sum(), fz.iter().sum())
+        };
+        (wall, power)
     }
 
-    /// The first `components` of the box field `pair`, component by component.
+    /// What the image of a ghost's partner puts on particle `a`: the partner's T, mirrored.
+    #[inline(always)]
+    fn image(&self, a: usize, ghost: &Ghost) -> Vec3 {
+        let t_b = self.pair_tensor(ghost.partner as usize);
+        let t_b_x = ghost.sign.component_mul(&(t_b * ghost.reflection.component_mul(&ghost.x)));
+        t_b_x * (self.moments[a].volume * ghost.w)
+    }
+
+    /// What images that the sums of the lattice do not see put on particle `a`.
+    fn images(&self, a: usize) -> Vec3 {
+        let others = self.mirror.ghosts_of(a).iter().filter(|g| !self.mirror.is_folded(g));
+        others.map(|ghost| self.image(a, ghost)).sum()
+    }
+
+    /// Power of moving walls on particle `a`: a wall holds against the force on a ghost, and works when
+    /// the ghost moves.
+    fn wall_power(&self, a: usize) -> f64 {
+        let (spread, volume) = (self.spread_field(), self.moments[a].volume);
+        let z_a = spread.value(a);
+        let of_ghost = |ghost: &Ghost| {
+            let v_b = self.moments[ghost.partner as usize].volume;
+            let spring =
+                (spread.ghost(ghost, &self.work.offset) - z_a) * (self.hourglass * volume * v_b * ghost.w);
+            let on_ghost = ghost.sign.component_mul(&(self.image(a, ghost) + spring));
+            -on_ghost.dot(&self.work.offset_rate[ghost.group as usize])
+        };
+        self.mirror.ghosts_of(a).iter().map(of_ghost).sum()
+    }
+
+    /// The first `components` of the tiled field `pair`, component by component.
     pub(super) fn gather_pair(&self, components: usize) -> Vec<f64> {
-        let (n, stride) = (self.len(), self.lattice.stride);
+        let n = self.len();
         let mut values = vec![0.0; components * n];
         for a in 0..n {
-            let (row, x) = self.lattice.row_and_x(a);
+            let (t, lane) = self.lattice.tiles.place(a);
             for c in 0..components {
-                values[c * n + a] = self.work.pair[(row * PAIR_COMPONENTS + c) * stride + x];
+                values[c * n + a] = self.work.pair[t * PAIR_COMPONENTS + c].0[lane];
             }
         }
         values
@@ -167,10 +265,4 @@ impl Elastic {
 #[inline(always)]
 pub(super) fn undeformed(stretch: &[Mat3], a: usize, g: &Mat3) -> Mat3 {
     stretch.get(a).map_or(*g, |f| g * f)
-}
-
-/// Vector `a` of a column of `n`.
-#[inline(always)]
-pub(super) fn vector(column: &[f64], n: usize, a: usize) -> Vec3 {
-    Vec3::new(column[a], column[n + a], column[2 * n + a])
 }

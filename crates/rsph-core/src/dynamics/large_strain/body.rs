@@ -7,6 +7,7 @@ use super::ghosts::{Ghosts, displacement};
 use crate::boundary::fixed::Fixed;
 use crate::boundary::load::{LoadedBody, nodal_loads};
 use crate::boundary::mirror::MirrorPlane;
+use crate::boundary::skin::Carriers;
 use crate::boundary::tag::{self, Cut, Holds};
 use crate::error::InvalidInput;
 use crate::fit::{Degree, LocalFit};
@@ -194,17 +195,18 @@ impl<const D: usize> LargeBody<D> {
             spacing: self.spacing,
             face_depth: FACE_DEPTH * self.dynamics.configuration.smoothing_length,
             face_tolerance: FACE_TOLERANCE,
-            skin: None,
             tolerance: 1e-3 * self.spacing,
         };
-        let weights = |points: &[Vec3]| self.weights(Degree::Linear, points);
-        self.dynamics.loads = nodal_loads(&self.loads, &loaded, weights)?;
+        let fits =
+            |places: &[Vec3]| self.fits(Degree::Linear, self.reference(), places, |_, fit| fit.linear());
+        let carriers = Carriers { positions: self.reference(), fits: &fits };
+        self.dynamics.loads = nodal_loads(&self.loads, &loaded, &mut None, &carriers)?;
         Ok(())
     }
 
     /// Weights of the particles at points of the undeformed body.
     pub fn weights(&self, degree: Degree, points: &[Vec3]) -> PointWeights {
-        let rows: Vec<_> = self.fits(degree, self.reference(), points).collect();
+        let rows: Vec<_> = self.fits(degree, self.reference(), points, |x, fit| fit.weights_at(x).collect());
         PointWeights::from_rows(&rows)
     }
 
@@ -216,24 +218,27 @@ impl<const D: usize> LargeBody<D> {
         let mut all = x.to_vec();
         all.resize(c.nodes.len(), Vec3::zeros());
         c.ghosts.mirror_positions(&c.nodes, &mut all);
-        let rows: Vec<_> =
-            self.fits(Degree::Quadratic, &self.dynamics.configuration.reference, points).collect();
+        let reference = &self.dynamics.configuration.reference;
+        let rows: Vec<Vec<_>> =
+            self.fits(Degree::Quadratic, reference, points, |x, fit| fit.weights_at(x).collect());
         rows.iter().map(|r| r.iter().map(|(b, w)| all[*b as usize] * *w).sum()).collect()
     }
 
-    fn fits<'a>(
+    /// What `read` makes of each point and the fit around the particle nearest to it.
+    fn fits<T: Send>(
         &self,
         degree: Degree,
-        reference: &'a [Vec3],
-        points: &'a [Vec3],
-    ) -> impl Iterator<Item = Vec<(u32, f64)>> + use<'a, D> {
+        reference: &[Vec3],
+        points: &[Vec3],
+        read: impl Fn(&Vec3, &LocalFit<D>) -> T + Sync,
+    ) -> Vec<T> {
         let cells = CellList::new(reference, self.spacing);
-        let fit = move |x: &Vec3| {
+        let fit = |x: &Vec3| {
             let x = if D == 2 { Vec3::new(x.x, x.y, 0.0) } else { *x };
             let anchor = cells.nearest(reference, &x, f64::INFINITY).map_or(x, |n| reference[n.0]);
-            LocalFit::<D>::new(degree, &cells, reference, &anchor).weights_at(&x).collect()
+            read(&x, &LocalFit::<D>::new(degree, &cells, reference, &anchor))
         };
-        points.par_iter().map(fit).collect::<Vec<_>>().into_iter()
+        points.par_iter().map(fit).collect()
     }
 
     /// Signed distance of the undeformed body without its clamped faces: nothing is cut off there.

@@ -2,20 +2,21 @@
 //! the particles were in the undeformed body.
 
 use crate::boundary::flat_face;
-use crate::boundary::load::{LoadedBody, nodal_loads, quadrature_edge};
+use crate::boundary::load::{LoadedBody, nodal_loads};
 use crate::boundary::mirror::Mirror;
 use crate::boundary::nodal_load::NodalLoad;
-use crate::boundary::surface_load::{Skin, quadrature};
+use crate::boundary::skin::{Carriers, Skin};
 use crate::boundary::tag::Holds;
 use crate::dynamics::elastic::Elastic;
 use crate::error::InvalidInput;
 use crate::grid::Grid;
 use crate::lattice::Lattice;
-use crate::mls::{Cloud, PointWeights};
+use crate::mls::Cloud;
 use crate::moments::area_vectors;
 use crate::remesh::NodeLattice;
-use crate::setup::Setup;
+use crate::setup::{Load, LoadKind, Setup};
 use crate::tensor::Vec3;
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Particles laid on a lattice.
@@ -50,12 +51,13 @@ impl Laid {
         let grid = Grid { origin, spacing: nodes.spacing, cells: size };
         let lattice = Lattice::new(&grid, &cells, setup.solver.smoothing);
         let positions: Vec<Vec3> = self.nodes.iter().map(|n| nodes.position(*n)).collect();
-        let mirror = Mirror::new(&lattice, &origin, &positions, holds.planes_at(time));
         let (fixed, material) = (holds.fixed(&self.undeformed)?, Arc::clone(&setup.material));
+        let body = |a: usize| fixed.apart.binary_search(&a).is_err();
+        let mirror = Mirror::new(&lattice, &positions, holds.planes_at(time), body);
         Ok(Elastic::new(lattice, &self.volume, mirror, fixed, material, setup.solver.hourglass))
     }
 
-    /// The loads on the particles of `elastic`.
+    /// The loads on the particles of `elastic`; `skin` is made when a load needs it.
     ///
     /// # Errors
     /// A load that acts on nothing.
@@ -63,16 +65,16 @@ impl Laid {
         &self,
         setup: &Setup,
         elastic: &Elastic,
-        skin: Option<&Skin>,
+        skin: &mut Option<Skin>,
     ) -> Result<Vec<NodalLoad>, InvalidInput> {
         // Only the faces of a box are loaded by them.
-        let area = if setup.shape.is_box() {
+        let on_faces = |l: &Load| matches!(l.kind, LoadKind::Traction { .. } | LoadKind::Pressure { .. });
+        let area = if setup.shape.is_box() && setup.loads.iter().any(on_faces) {
             area_vectors(&elastic.lattice, &elastic.moments, &elastic.mirror, &elastic.stretch)
         } else {
             Vec::new()
         };
         let spacing = elastic.lattice.spacing;
-        let cloud = self.cloud(spacing);
         let loaded = LoadedBody {
             shape: &*setup.shape,
             mass: &elastic.mass,
@@ -82,17 +84,13 @@ impl Laid {
             face_depth: flat_face::DEPTH * elastic.lattice.smoothing_length,
             face_tolerance: flat_face::TOLERANCE,
             tolerance: 1e-3 * spacing,
-            skin,
         };
-        nodal_loads(&setup.loads, &loaded, |points| PointWeights::new(&cloud, points))
-    }
-
-    /// The quadrature of the whole surface, for loads that change often.
-    pub fn skin(&self, setup: &Setup, spacing: f64) -> Skin {
-        let edge = quadrature_edge(spacing);
-        let points = quadrature(setup.shape.surface(), edge);
-        let x: Vec<Vec3> = points.iter().map(|p| p.x).collect();
-        Skin { edge, points, weights: PointWeights::new(&self.cloud(spacing), &x) }
+        let fits = |places: &[Vec3]| {
+            let cloud = self.cloud(spacing);
+            places.par_iter().map(|x| cloud.fit_at(x)).collect()
+        };
+        let carriers = Carriers { positions: &self.undeformed, fits: &fits };
+        nodal_loads(&setup.loads, &loaded, skin, &carriers)
     }
 
     /// The particles in the undeformed body, where points find them.

@@ -38,7 +38,7 @@ pub(super) fn restore(solid: &mut Solid, state: &State, particles: &Particles) -
             .undeformed
             .deformed(setup, laid, &solid.holds, time, &u)
             .map_err(|e| damaged("body/laid_displacement", &format!("can not be laid: {e}")))?;
-        elastic.loads = laid.loads(setup, &elastic, None)?;
+        elastic.loads = laid.loads(setup, &elastic, &mut None)?;
         solid.matter = Matter::new(setup, elastic);
         solid.laid_with = Some((time, crate::particles::Column::from_vec(u, n)));
     } else if n != solid.laid.nodes.len() {

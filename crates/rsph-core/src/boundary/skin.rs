@@ -1,0 +1,193 @@
+//! The surface of a body as its loads see it: small panels in clusters, each with one fit of the particles
+//! around it.
+//!
+//! A force f at x goes to particle a as w_a(x) f, with the weights w_a(x) = p(x)^T M^-1 p(x_a) W_a of a linear
+//! fit: they make the resultant and the moment of the forces on the particles those of f. One fit around the
+//! middle of a cluster serves all of its points, because x enters by p(x) = (1, (x - c) / h) alone: what
+//! a cluster hands on is sum f and sum (x - c) f^T, however many points it has. So the work of a load that
+//! changes in every frame is one look at each panel and 12 products for each pair of a cluster and a particle.
+
+use super::surface_load::{Panel, Traction, panels};
+use crate::fit::LinearFit;
+use crate::mesh::TriangleMesh;
+use crate::tensor::Vec3;
+use nalgebra::{Matrix4, Matrix4x3};
+use rayon::prelude::*;
+use std::fmt;
+use std::ops::Range;
+
+/// Longest edge of a panel, in spacings.
+const EDGE: f64 = 0.5;
+/// Edge of the cubes that a cluster's panels have their centres in, in spacings.
+const CLUSTER: f64 = 1.0;
+/// Fewest clusters or particles in a task.
+const TASK: usize = 64;
+
+/// Panels that share a fit.
+#[derive(Clone, Debug)]
+struct Cluster {
+    panels: Range<usize>,
+    centre: Vec3,
+    h: f64,
+    inverse: Matrix4<f64>,
+}
+
+/// A panel and its corners, with the cell of its centre.
+type Sorted = ([i64; 3], (Panel, [Vec3; 3]));
+
+/// What a cluster's load does: a force W_a (A^T p(x_a)) on each particle, if there is any.
+type Pattern = Option<Matrix4x3<f64>>;
+
+/// The surface of a body with the particles that carry its loads.
+#[derive(Clone, Debug)]
+pub struct Skin {
+    panels: Vec<Panel>,
+    corners: Vec<[Vec3; 3]>,
+    clusters: Vec<Cluster>,
+    shares: Shares,
+}
+
+/// The particles that carry loads.
+#[derive(Clone, Copy)]
+pub struct Carriers<'a> {
+    /// Their places.
+    pub positions: &'a [Vec3],
+    /// Fits of them around a list of places.
+    pub fits: &'a dyn Fn(&[Vec3]) -> Vec<LinearFit>,
+}
+
+impl fmt::Debug for Carriers<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Carriers").field("positions", &self.positions.len()).finish_non_exhaustive()
+    }
+}
+
+/// What each particle carries.
+#[derive(Clone, Debug)]
+struct Shares {
+    /// Particles that carry anything, with their places.
+    particles: Vec<(u32, Vec3)>,
+    /// Clusters of the k-th of them with its weights W_a there: `pairs[starts[k]..starts[k + 1]]`.
+    starts: Vec<usize>,
+    pairs: Vec<(u32, f64)>,
+}
+
+impl Skin {
+    /// The skin `surface` of particles `spacing` apart.
+    pub fn new(surface: &TriangleMesh, spacing: f64, carriers: &Carriers<'_>) -> Self {
+        let mut sorted: Vec<Sorted> = panels(surface, EDGE * spacing)
+            .into_par_iter()
+            .map(|(panel, corners)| {
+                let cell = (panel.centre.x / (CLUSTER * spacing)).map(|x| x.floor() as i64);
+                (cell.into(), (panel, corners))
+            })
+            .collect();
+        sorted.par_sort_by_key(|(cell, _)| *cell);
+        let ranges: Vec<Range<usize>> = sorted
+            .chunk_by(|a, b| a.0 == b.0)
+            .scan(0, |end, chunk| {
+                let start = *end;
+                *end += chunk.len();
+                Some(start..*end)
+            })
+            .collect();
+        let (panels, corners): (Vec<Panel>, Vec<[Vec3; 3]>) = sorted.into_iter().map(|(_, p)| p).unzip();
+        let middle = |range: &Range<usize>| {
+            let members = || panels[range.clone()].iter().map(|p| &p.centre);
+            members().map(|p| p.x * p.area).sum::<Vec3>() / members().map(|p| p.area).sum::<f64>()
+        };
+        let middles: Vec<Vec3> = ranges.iter().map(middle).collect();
+        let (clusters, weights): (Vec<Cluster>, Vec<Vec<(u32, f64)>>) = ranges
+            .into_iter()
+            .zip((carriers.fits)(&middles))
+            .map(|(panels, fit)| {
+                (Cluster { panels, centre: fit.centre, h: fit.h, inverse: fit.inverse }, fit.weights)
+            })
+            .unzip();
+        Self { panels, corners, clusters, shares: Shares::new(&weights, carriers.positions) }
+    }
+
+    /// Forces of a traction on `particles` particles, component by component; `None` if it acts nowhere.
+    pub fn force(&self, particles: usize, traction: &Traction<'_>) -> Option<Vec<f64>> {
+        let patterns: Vec<Pattern> =
+            self.clusters.par_iter().with_min_len(TASK).map(|c| self.pattern(c, traction)).collect();
+        if patterns.iter().all(Option::is_none) {
+            return None;
+        }
+        let shares = &self.shares;
+        let carried: Vec<Vec3> = (0..shares.particles.len())
+            .into_par_iter()
+            .with_min_len(TASK)
+            .map(|k| {
+                let x = &shares.particles[k].1;
+                let mut force = Vec3::zeros();
+                for &(c, w) in shares.of(k) {
+                    if let Some(a) = &patterns[c as usize] {
+                        let cluster = &self.clusters[c as usize];
+                        let r = (x - cluster.centre) / cluster.h;
+                        for i in 0..3 {
+                            force[i] += w * (a[(0, i)] + a[(1, i)] * r.x + a[(2, i)] * r.y + a[(3, i)] * r.z);
+                        }
+                    }
+                }
+                force
+            })
+            .collect();
+        let mut force = vec![0.0; 3 * particles];
+        for ((a, _), f) in shares.particles.iter().zip(carried) {
+            for i in 0..3 {
+                force[i * particles + *a as usize] = f[i];
+            }
+        }
+        Some(force)
+    }
+
+    /// A = M^-1 sum p(x) f^T over the points of a cluster.
+    fn pattern(&self, cluster: &Cluster, traction: &Traction<'_>) -> Pattern {
+        let (mut force, mut moments) = (Vec3::zeros(), [Vec3::zeros(); 3]);
+        let mut loaded = false;
+        for k in cluster.panels.clone() {
+            traction.on(&self.panels[k], &self.corners[k], |x, f| {
+                let r = (x - cluster.centre) / cluster.h;
+                force += f;
+                for (moment, r) in moments.iter_mut().zip(r.iter()) {
+                    *moment += f * *r;
+                }
+                loaded = true;
+            });
+        }
+        let rows = [force, moments[0], moments[1], moments[2]].map(|v| v.transpose());
+        loaded.then(|| cluster.inverse * Matrix4x3::from_rows(&rows))
+    }
+}
+
+impl Shares {
+    /// Those of clusters with these lists of (particle, weight), by particle.
+    fn new(weights: &[Vec<(u32, f64)>], positions: &[Vec3]) -> Self {
+        let n = positions.len();
+        let mut end = vec![0_usize; n + 1];
+        weights.iter().flatten().for_each(|(a, _)| end[*a as usize + 1] += 1);
+        for a in 0..n {
+            end[a + 1] += end[a];
+        }
+        let mut next = end.clone();
+        let mut pairs = vec![(0, 0.0); end[n]];
+        for (c, row) in weights.iter().enumerate() {
+            for &(a, w) in row {
+                pairs[next[a as usize]] = (c as u32, w);
+                next[a as usize] += 1;
+            }
+        }
+        let carries = || (0..n).filter(|&a| end[a + 1] > end[a]);
+        Self {
+            particles: carries().map(|a| (a as u32, positions[a])).collect(),
+            starts: std::iter::once(0).chain(carries().map(|a| end[a + 1])).collect(),
+            pairs,
+        }
+    }
+
+    /// The clusters whose loads the k-th particle carries, with its weights there.
+    fn of(&self, k: usize) -> &[(u32, f64)] {
+        &self.pairs[self.starts[k]..self.starts[k + 1]]
+    }
+}

@@ -1,0 +1,190 @@
+//! The passes of the gradient sums H = sum w q_b (x) X and Q = sum w q_b.
+
+use super::fold::Signs;
+use super::stencil::Stencil;
+use super::sweep::{Line, Passes, Ring};
+use super::{PAIR_COMPONENTS, load};
+use crate::lattice::{MAX_REACH, Weights};
+use crate::tiles::LANES;
+use pulp::Simd;
+
+/// Gradient sums of a field of three components.
+#[derive(Clone, Copy, Debug)]
+pub struct Gradient<'a, T> {
+    /// The offsets.
+    pub stencil: T,
+    /// Their weights.
+    pub weights: &'a Weights,
+    /// Signs of mirrored components.
+    pub signs: Signs,
+}
+
+/// What the pass along y keeps of a component for each |k|: sum, sum times Y, sum times X.
+const KEPT: usize = 3;
+
+impl<T: Stencil> Gradient<'_, T> {
+    /// Sums along x of one component: for each m = j^2 + k^2 plain and times X.
+    #[inline(always)]
+    fn slot_len(&self) -> usize {
+        2 * (self.stencil.cut() + 1)
+    }
+}
+
+impl<S: Simd, T: Stencil> Passes<S> for Gradient<'_, T> {
+    type Stencil = T;
+    const SOURCE: (usize, usize) = (3, 3);
+    const SUMS: usize = PAIR_COMPONENTS;
+
+    #[inline(always)]
+    fn stencil(&self) -> T {
+        self.stencil
+    }
+
+    #[inline(always)]
+    fn along_x_len(&self) -> usize {
+        3 * self.slot_len()
+    }
+
+    #[inline(always)]
+    fn along_y_len(&self) -> usize {
+        3 * KEPT * (self.stencil.reach() + 1)
+    }
+
+    #[inline(always)]
+    fn source_sign(sign: &[f64; 3], component: usize) -> f64 {
+        sign[component]
+    }
+
+    #[inline(always)]
+    fn along_x(&self, simd: S, lines: &[Line], lane: usize, out: &mut [S::f64s]) {
+        for (line, out) in lines.iter().zip(out.chunks_exact_mut(self.slot_len())) {
+            let taps = Taps::new(simd, self.stencil, self.weights, line, lane);
+            for_each_square_sum(
+                self.stencil,
+                0,
+                #[inline(always)]
+                |m| {
+                    out[2 * m] = taps.even(simd, self.stencil, self.weights, m);
+                    if m < self.stencil.cut() {
+                        out[2 * m + 1] = taps.odd(simd, self.stencil, self.weights, m);
+                    }
+                },
+            );
+        }
+    }
+
+    #[inline(always)]
+    fn along_y(&self, simd: S, rows: &Ring<'_, S::f64s>, out: &mut [S::f64s]) {
+        let (cut, reach) = (self.stencil.cut(), self.stencil.reach());
+        for (i, out) in out.chunks_exact_mut(KEPT * (reach + 1)).enumerate() {
+            let mut sum = [[simd.splat_f64s(0.0); KEPT]; MAX_REACH + 1];
+            for j in -(reach as isize)..=reach as isize {
+                let Some((row, fold)) = rows.get(j) else { continue };
+                let row = &row[i * self.slot_len()..(i + 1) * self.slot_len()];
+                let sign = self.signs[fold][i];
+                let y = simd.splat_f64s(sign * (j as f64 * self.weights.spacing));
+                let sign = simd.splat_f64s(sign);
+                for (k, [plain, along_y, along_x]) in sum[..=reach].iter_mut().enumerate() {
+                    let m = (j * j) as usize + k * k;
+                    if m <= cut {
+                        *plain = simd.mul_add_e_f64s(sign, row[2 * m], *plain);
+                        *along_y = simd.mul_add_e_f64s(y, row[2 * m], *along_y);
+                    }
+                    if m < cut {
+                        *along_x = simd.mul_add_e_f64s(sign, row[2 * m + 1], *along_x);
+                    }
+                }
+            }
+            for (out, sum) in out.chunks_exact_mut(KEPT).zip(sum) {
+                out.copy_from_slice(&sum);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn along_z(&self, simd: S, planes: &Ring<'_, S::f64s>, out: &mut [S::f64s]) {
+        let (cut, reach) = (self.stencil.cut(), self.stencil.reach());
+        let kept = KEPT * (reach + 1);
+        for k in -(reach as isize)..=reach as isize {
+            let Some((plane, fold)) = planes.get(k) else { continue };
+            let first = KEPT * k.unsigned_abs();
+            for i in 0..3 {
+                let plane = &plane[i * kept..(i + 1) * kept][first..first + KEPT];
+                let sign = self.signs[fold][i];
+                let z = simd.splat_f64s(sign * (k as f64 * self.weights.spacing));
+                let sign = simd.splat_f64s(sign);
+                if ((k * k) as usize) < cut {
+                    out[3 * i] = simd.mul_add_e_f64s(sign, plane[2], out[3 * i]);
+                    out[3 * i + 1] = simd.mul_add_e_f64s(sign, plane[1], out[3 * i + 1]);
+                }
+                out[3 * i + 2] = simd.mul_add_e_f64s(z, plane[0], out[3 * i + 2]);
+                out[9 + i] = simd.mul_add_e_f64s(sign, plane[0], out[9 + i]);
+            }
+        }
+    }
+}
+
+/// Values of a row at +i and -i, added and subtracted.
+#[derive(Clone, Copy, Debug)]
+pub struct Taps<S: Simd> {
+    center: S::f64s,
+    sum: [S::f64s; MAX_REACH + 1],
+    /// Difference times X.
+    difference: [S::f64s; MAX_REACH + 1],
+}
+
+impl<S: Simd> Taps<S> {
+    /// Of the lanes from `lane` on of the tile in the middle of `line`.
+    #[inline(always)]
+    pub fn new<T: Stencil>(simd: S, stencil: T, weights: &Weights, line: &Line, lane: usize) -> Self {
+        let at = LANES + lane;
+        let line = &line.0;
+        let center = load(simd, line, at);
+        let (mut sum, mut difference) = ([center; MAX_REACH + 1], [center; MAX_REACH + 1]);
+        for i in 1..=stencil.reach() {
+            let (after, before) = (load(simd, line, at + i), load(simd, line, at - i));
+            sum[i] = simd.add_f64s(after, before);
+            let x = simd.splat_f64s(i as f64 * weights.spacing);
+            difference[i] = simd.mul_f64s(x, simd.sub_f64s(after, before));
+        }
+        Self { center, sum, difference }
+    }
+
+    /// Sum over the row at j^2 + k^2 = m of w q.
+    #[inline(always)]
+    pub fn even<T: Stencil>(&self, simd: S, stencil: T, weights: &Weights, m: usize) -> S::f64s {
+        let mut sum = simd.mul_f64s(simd.splat_f64s(weights.by_square[m]), self.center);
+        for i in 1..=stencil.reach() {
+            if m + i * i <= stencil.cut() {
+                sum = simd.mul_add_e_f64s(simd.splat_f64s(weights.by_square[m + i * i]), self.sum[i], sum);
+            }
+        }
+        sum
+    }
+
+    /// Sum over the row at j^2 + k^2 = m of w q X; m lies below the cut.
+    #[inline(always)]
+    pub fn odd<T: Stencil>(&self, simd: S, stencil: T, weights: &Weights, m: usize) -> S::f64s {
+        let mut sum = simd.mul_f64s(simd.splat_f64s(weights.by_square[m + 1]), self.difference[1]);
+        for i in 2..=stencil.reach() {
+            if m + i * i <= stencil.cut() {
+                let w = simd.splat_f64s(weights.by_square[m + i * i]);
+                sum = simd.mul_add_e_f64s(w, self.difference[i], sum);
+            }
+        }
+        sum
+    }
+}
+
+/// Visits every j^2 + k^2 >= `least` within the cut.
+#[inline(always)]
+pub fn for_each_square_sum<T: Stencil>(stencil: T, least: usize, mut visit: impl FnMut(usize)) {
+    for j in 0..=stencil.reach() {
+        for k in 0..=stencil.reach() {
+            let m = j * j + k * k;
+            if k <= j && m >= least && m <= stencil.cut() {
+                visit(m);
+            }
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! Fields for the vector units: the cells of the lattice in tiles of eight along x.
+//!
+//! A *tiled field* of C components holds one [`Tile`] for each component of each tile of cells: lane l
+//! of component c of tile t is `field[t C + c].0[l]`. Tiles of one x column stand together, plane after
+//! plane, row after row, so that a sweep along a column reads and writes memory in sequence. Lanes
+//! without a particle hold zero.
+
+use std::ops::Range;
+
+/// Lanes of a tile.
+pub const LANES: usize = 8;
+
+/// Eight values, those of cells that are neighbours along x; a cache line.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(64))]
+pub struct Tile(pub [f64; LANES]);
+
+/// Which cells of the lattice's box hold a particle, tile by tile.
+#[derive(Clone, Debug)]
+pub struct Tiles {
+    /// Tiles along x.
+    pub columns: usize,
+    /// Cells along z.
+    pub planes: usize,
+    /// Cells along y.
+    pub rows: usize,
+    /// Particle in the first occupied lane of every tile; the following lanes count on from it.
+    first: Vec<u32>,
+    /// Occupied lanes of every tile, a bit each.
+    mask: Vec<u8>,
+    /// Rows with a particle in every plane of every column.
+    occupied: Vec<Range<u32>>,
+    /// Tile and lane of every particle.
+    place: Vec<u32>,
+}
+
+impl Tiles {
+    /// Of a box of `cells` with particles in `places` (x fastest order).
+    pub fn new(cells: [usize; 3], places: &[[usize; 3]]) -> Self {
+        let [columns, rows, planes] = [cells[0].div_ceil(LANES), cells[1], cells[2]];
+        let count = columns * rows * planes;
+        let mut tiles = Self {
+            columns,
+            planes,
+            rows,
+            first: vec![0; count],
+            mask: vec![0; count],
+            occupied: vec![0..0; columns * planes],
+            place: Vec::with_capacity(places.len()),
+        };
+        for (a, [x, y, z]) in places.iter().enumerate() {
+            let plane = x / LANES * planes + z;
+            let t = plane * rows + y;
+            if tiles.mask[t] == 0 {
+                tiles.first[t] = a as u32;
+            }
+            tiles.mask[t] |= 1 << (x % LANES);
+            tiles.place.push((t * LANES + x % LANES) as u32);
+            let (range, y) = (&mut tiles.occupied[plane], *y as u32);
+            *range =
+                if range.start == range.end { y..y + 1 } else { range.start.min(y)..range.end.max(y + 1) };
+        }
+        tiles
+    }
+
+    /// Number of tiles.
+    pub fn len(&self) -> usize {
+        self.mask.len()
+    }
+
+    /// Whether there is no tile.
+    pub fn is_empty(&self) -> bool {
+        self.mask.is_empty()
+    }
+
+    /// A field of `components` zeros.
+    pub fn field(&self, components: usize) -> Vec<Tile> {
+        vec![Tile::default(); components * self.len()]
+    }
+
+    /// Tiles of a column.
+    pub fn column_len(&self) -> usize {
+        self.planes * self.rows
+    }
+
+    /// Tile and lane of a particle.
+    #[inline(always)]
+    pub fn place(&self, a: usize) -> (usize, usize) {
+        let place = self.place[a] as usize;
+        (place / LANES, place % LANES)
+    }
+
+    /// Rows with a particle in plane `z` of `column`; none outside of the box.
+    #[inline(always)]
+    pub fn occupied(&self, column: usize, z: isize) -> Range<isize> {
+        if z < 0 || z as usize >= self.planes {
+            return 0..0;
+        }
+        let rows = &self.occupied[column * self.planes + z as usize];
+        rows.start as isize..rows.end as isize
+    }
+
+    /// The particle in the first occupied lane of tile `t`, and its occupied lanes.
+    #[inline(always)]
+    pub fn particles(&self, t: usize) -> (usize, u8) {
+        (self.first[t] as usize, self.mask[t])
+    }
+
+    /// Calls `visit(particle, tile, lane, count)` for every stretch of particles in neighbouring lanes of
+    /// a tile, `particles` in order.
+    #[inline(always)]
+    pub fn for_each_run(&self, particles: Range<usize>, mut visit: impl FnMut(usize, usize, usize, usize)) {
+        let mut a = particles.start;
+        while a < particles.end {
+            let (t, lane) = self.place(a);
+            let count = ((self.mask[t] >> lane).trailing_ones() as usize).min(particles.end - a);
+            visit(a, t, lane, count);
+            a += count;
+        }
+    }
+}
