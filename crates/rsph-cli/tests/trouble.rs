@@ -57,25 +57,25 @@ fn status(folder: &Path) -> String {
 fn a_signal_stores_a_checkpoint_and_resuming_ends_as_without_it() {
     let bench = Bench::in_memory();
     assert_eq!(tensile(&bench, "whole", &[]).code, Some(0));
-    for (signal, code) in [("-TERM", 143), ("-INT", 130)] {
-        let mut child = start(&bench, signal);
+    for (signal, name, code) in [("-TERM", "terminated", 143), ("-INT", "interrupted", 130)] {
+        let mut child = start(&bench, name);
         std::thread::sleep(Duration::from_millis(30));
         send(signal, &child);
         assert_eq!(child.wait().unwrap().code(), Some(code), "{signal}");
-        let folder = bench.path(signal);
+        let folder = bench.path(name);
         assert_eq!(status(&folder), "interrupted");
         let stopped = frames(&folder);
         assert_eq!(stopped[0], stopped[1]);
-        let resumed = tensile(&bench, signal, &["--resume"]);
+        let resumed = tensile(&bench, name, &["--resume"]);
         assert_eq!(resumed.code, Some(0), "{}", resumed.err);
         assert_eq!(status(&folder), "finished");
-        assert!(probes(&bench, signal) == probes(&bench, "whole"), "{signal}");
+        assert!(probes(&bench, name) == probes(&bench, "whole"), "{signal}");
         assert_eq!(frames(&folder), [301, 301]);
     }
     // Once more: there is nothing left to do, and nothing changes.
-    assert_eq!(tensile(&bench, "-INT", &["--resume"]).code, Some(0));
-    assert!(probes(&bench, "-INT") == probes(&bench, "whole"));
-    assert_eq!(frames(&bench.path("-INT")), [301, 301]);
+    assert_eq!(tensile(&bench, "interrupted", &["--resume"]).code, Some(0));
+    assert!(probes(&bench, "interrupted") == probes(&bench, "whole"));
+    assert_eq!(frames(&bench.path("interrupted")), [301, 301]);
 }
 
 #[test]
