@@ -111,6 +111,20 @@ def without_none(**table: Any) -> Table:
     return {key: value for key, value in table.items() if value is not None}
 
 
+def plain(value: object) -> object:
+    """A value in which the objects of this package are the tables that they stand for."""
+    table = getattr(value, "_as_table", None)
+    if callable(table):
+        return plain(table())
+    match value:
+        case Mapping():
+            return {key: plain(v) for key, v in value.items()}
+        case list() | tuple():
+            return [plain(v) for v in value]
+        case _:
+            return value
+
+
 def toml(value: object, key: str) -> str:
     """A value as TOML; ``key`` names it in messages."""
     match value:

@@ -39,7 +39,10 @@ class Boundary:
 class Clamp(Boundary):
     """A part that does not move.
 
-    >>> Clamp(region=regions.plane(axis="z", at=0.0, side="below"))  # doctest: +SKIP
+    >>> import rsph
+    >>> floor = rsph.regions.plane(axis="z", at=0.0, side="below")
+    >>> Clamp(region=floor, fix=["z"])
+    Clamp(region=regions.plane(axis='z', at=0.0, side='below'), fix=['z'])
     """
 
     def _as_table(self) -> Table:

@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-__all__ = ["Error", "InputError", "MissingFieldError", "RsphWarning", "SimulationError"]
+from typing import Any
+
+__all__ = [
+    "Error",
+    "InputError",
+    "MissingFieldError",
+    "RsphWarning",
+    "SimulationError",
+    "StorageError",
+]
 
 
 class Error(Exception):
@@ -24,6 +33,9 @@ class InputError(Error, ValueError):
         self.key = key
         self.value = value
         self.remedy = remedy
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (type(self), self.args, self.__dict__)
 
 
 class MissingFieldError(InputError, AttributeError):
@@ -55,6 +67,32 @@ class SimulationError(Error, RuntimeError):
         self.place = place
         self.remedy = remedy
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (type(self), self.args, self.__dict__)
+
+
+class StorageError(Error, OSError):
+    """Results that could not be stored: no space, no permission.
+
+    Attributes:
+        path: the file or folder.
+    """
+
+    def __init__(self, message: str, *, path: str) -> None:
+        super().__init__(message)
+        self.path = path
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (type(self), self.args, self.__dict__)
+
 
 class RsphWarning(UserWarning):
     """Something the user should know, such as a mesh that was turned round."""
+
+
+def _again(kind: type[Error], arguments: tuple[Any, ...], details: dict[str, Any]) -> Error:
+    """An error as it was before it was pickled."""
+    error = kind.__new__(kind, *arguments)
+    error.args = arguments
+    error.__dict__.update(details)
+    return error

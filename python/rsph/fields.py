@@ -23,8 +23,9 @@ class Affine:
     """``constant + gradient x``.
 
     Args:
-        gradient: row i is the gradient of component i, shape (3, 3).
-        constant: value at the origin, shape (3,).
+        gradient: row i is the gradient of component i, shape (3, 3); dimensionless for
+            displacements, in 1/s for velocities.
+        constant: value at the origin (m for displacements, m/s for velocities), shape (3,).
     """
 
     gradient: npt.ArrayLike

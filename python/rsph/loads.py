@@ -1,18 +1,25 @@
 """What pushes or pulls the body.
 
-Every load has a ``ramp`` (from, to) in seconds: it grows from 0 at ``from`` to all of it at ``to``;
-equal times switch it on at once.
+Every load but :class:`Custom` has a ``ramp`` (from, to) in seconds: it grows from 0 at ``from`` to
+all of it at ``to``; equal times switch it on at once.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
 
 from rsph._scenario import Table, Vector, check, ramp, vector, without_none
+from rsph.errors import InputError
 from rsph.regions import Region, everywhere
 
-__all__ = ["BodyForce", "Load", "Patch", "Pressure", "Traction"]
+__all__ = ["BodyForce", "Custom", "Load", "Patch", "Points", "Pressure", "Traction"]
+
+Array: TypeAlias = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,3 +127,81 @@ class Patch(Load):
             direction=vector("load.direction", self.direction),
             radius=self.radius,
         )
+
+
+@dataclass(frozen=True)
+class Points:
+    """Where a :class:`Custom` load acts, and how these points move, at one moment.
+
+    Attributes:
+        time: simulated time (s).
+        reference: positions X in the undeformed body (m), shape (P, 3).
+        displacement: displacement u (m), shape (P, 3).
+        velocity: velocity v (m/s), shape (P, 3).
+        normals: on the surface, outward unit normals of the undeformed body, shape (P, 3).
+        areas: on the surface, the share of the undeformed area of each point (m^2), shape (P,).
+        mass: of particles (kg), shape (P,).
+        volume: of particles, in the undeformed body (m^3), shape (P,).
+    """
+
+    time: float
+    reference: Array
+    displacement: Array
+    velocity: Array
+    normals: Array | None = None
+    areas: Array | None = None
+    mass: Array | None = None
+    volume: Array | None = None
+
+    @property
+    def positions(self) -> Array:
+        """Current positions x = X + u (m), shape (P, 3)."""
+        x: Array = self.reference + self.displacement
+        return x
+
+
+Function: TypeAlias = Callable[[float, Points], npt.ArrayLike]
+
+
+@dataclass(frozen=True)
+class Custom:
+    """A load that a Python function computes, called once before every time step.
+
+    The forces stay as they are during the step: with time steps that are long against their change
+    the error is of first order. ``Simulation.solve_static`` calls it once, for the time of the
+    equilibrium and the displacement from before.
+
+    >>> def wind(time, points):
+    ...     facing = np.maximum(-points.normals[:, 0], 0.0)
+    ...     return 100.0 * np.sin(time) * (facing * points.areas)[:, None] * [1.0, 0.0, 0.0]
+    >>> load = Custom(wind)
+
+    Args:
+        function: called with the time (s) and the :class:`Points`; returns the force (N) on each of
+            them, shape (P, 3).
+        on: ``"surface"`` for points all over the surface, about half a spacing apart, whose forces
+            go to the particles around them with resultant and moment kept; ``"particles"`` for the
+            particles themselves.
+    """
+
+    function: Function
+    on: Literal["surface", "particles"] = "surface"
+
+    def __post_init__(self) -> None:
+        if not callable(self.function):
+            raise InputError(
+                f"`load.function` = {self.function!r}: is no function",
+                key="load.function",
+                value=repr(self.function),
+                remedy="give a function of the time and the points that returns forces (N)",
+            )
+        if self.on not in ("surface", "particles"):
+            raise InputError(
+                f'`load.on` = {self.on!r}: must be "surface" or "particles"',
+                key="load.on",
+                value=repr(self.on),
+                remedy='"surface" for contact and pressure, "particles" for forces in the body',
+            )
+
+    def _call(self, time: float, columns: dict[str, Any]) -> npt.ArrayLike:
+        return self.function(time, Points(time, **columns))

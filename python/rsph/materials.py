@@ -9,9 +9,20 @@ from __future__ import annotations
 from typing import ClassVar, NamedTuple
 
 from rsph import _rsph
+from rsph._relaxation import Relaxation, from_relaxation
 from rsph._scenario import check
 
-__all__ = ["KelvinVoigt", "Material", "Model", "NeoHookean", "Parameter", "model", "models"]
+__all__ = [
+    "KelvinVoigt",
+    "Material",
+    "Model",
+    "NeoHookean",
+    "Parameter",
+    "Relaxation",
+    "from_relaxation",
+    "model",
+    "models",
+]
 
 
 class Parameter(NamedTuple):

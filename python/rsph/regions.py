@@ -31,6 +31,9 @@ class Region:
     _table: Mapping[str, Any] | str
     _words: str
 
+    def _as_table(self) -> Mapping[str, Any] | str:
+        return self._table
+
     def __and__(self, other: Region) -> Region:
         return _combined("and", self, "&", other)
 
@@ -76,7 +79,7 @@ def half_space(*, point: Vector, normal: Vector) -> Region:
 
 
 def box(*, min: Vector, max: Vector) -> Region:
-    """An axis-aligned box between two corners (m), shape (3,) each."""
+    """An axis-aligned box between the corners ``min`` and ``max`` (m), shape (3,) each."""
     return _region("box", min=vector("region.box.min", min), max=vector("region.box.max", max))
 
 
@@ -102,7 +105,7 @@ def surface_patch(*, centre: Vector, radius: float, facing: Vector) -> Region:
 
 
 def point(*, at: Vector) -> Region:
-    """A single point (m), shape (3,), for probes."""
+    """A single point, for probes, ``at`` that position (m), shape (3,)."""
     position = vector("region.point", at)
     return _checked(Region({"point": position}, f"regions.point(at={_shown(position)})"))
 

@@ -5,18 +5,24 @@ Symmetric tensors have six components in the order XX YY ZZ XY YZ XZ.
 
 from __future__ import annotations
 
+import csv
+import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, overload
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from rsph import _rsph
-from rsph.errors import InputError, MissingFieldError
+from rsph.errors import Error, InputError, MissingFieldError
 
-__all__ = ["ParticleFrame", "Results", "Snapshot", "Surface", "read"]
+if TYPE_CHECKING:
+    from rsph.scenario import Scenario
+
+__all__ = ["ParticleFrame", "Results", "Run", "Snapshot", "Surface", "read"]
 
 Array = npt.NDArray[np.float64]
 
@@ -175,7 +181,7 @@ class Results(Sequence["ParticleFrame | Surface"]):
     """A results file as a sequence of its frames; each is read when it is asked for.
 
     ``results[-1]`` is the last frame: a :class:`ParticleFrame`, or a :class:`Surface` for a
-    ``surface.vtkhdf``. Made by :func:`rsph.read`.
+    ``surface.vtkhdf``. ``results["stress"]`` is one field at all times. Made by :func:`rsph.read`.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -183,6 +189,7 @@ class Results(Sequence["ParticleFrame | Surface"]):
         info = _rsph.describe_results(self._path)
         self._times = np.array(info["times"], dtype=np.float64)
         self._fields: dict[str, int] = info["fields"]
+        self._points: list[int] = info["points"]
 
     @property
     def times(self) -> Array:
@@ -194,6 +201,34 @@ class Results(Sequence["ParticleFrame | Surface"]):
         """Number of components of each field by name."""
         return dict(self._fields)
 
+    @property
+    def points(self) -> npt.NDArray[np.int64]:
+        """Number of particles or vertices in each frame, shape (F,)."""
+        return np.array(self._points, dtype=np.int64)
+
+    def field(self, name: str, frame: int) -> Array:
+        """One field of one frame, without reading the others: shape (N,), (N, 3) or (N, 6).
+
+        Raises:
+            MissingFieldError: the file does not hold it.
+        """
+        if name not in self._fields:
+            raise _missing(name, self._fields)
+        array: Array = _rsph.read_field(self._path, self._frame(frame), name)
+        return array
+
+    def to_xarray(self) -> Any:
+        """All fields as an ``xarray.Dataset`` (``pip install rsph[xarray]``), read when used.
+
+        Dimensions ``time``, ``point`` and ``component`` (x y z) or ``tensor`` (xx yy zz xy yz xz).
+
+        Raises:
+            Error: the number of points changes in time, as remeshing makes it.
+        """
+        from rsph._lazy import dataset
+
+        return dataset(self)
+
     def __len__(self) -> int:
         return len(self._times)
 
@@ -201,15 +236,31 @@ class Results(Sequence["ParticleFrame | Surface"]):
     def __getitem__(self, index: int) -> ParticleFrame | Surface: ...
     @overload
     def __getitem__(self, index: slice) -> list[ParticleFrame | Surface]: ...
+    @overload
+    def __getitem__(self, index: str) -> Array: ...
     def __getitem__(
-        self, index: int | slice
-    ) -> ParticleFrame | Surface | list[ParticleFrame | Surface]:
+        self, index: int | slice | str
+    ) -> ParticleFrame | Surface | list[ParticleFrame | Surface] | Array:
+        if isinstance(index, str):
+            self._steady()
+            return np.stack([self.field(index, k) for k in range(len(self))])
         if isinstance(index, slice):
             return [self._read(k) for k in range(*index.indices(len(self)))]
+        return self._read(self._frame(index))
+
+    def _frame(self, index: int) -> int:
         k = index + len(self) if index < 0 else index
         if not 0 <= k < len(self):
             raise IndexError(f"{self._path} has {len(self)} frames, there is no frame {index}")
-        return self._read(k)
+        return k
+
+    def _steady(self) -> int:
+        """The number of points of every frame."""
+        if len(set(self._points)) != 1:
+            raise Error(
+                f"{self._path}: the number of points changes in time; take the frames one by one"
+            )
+        return self._points[0]
 
     def __iter__(self) -> Iterator[ParticleFrame | Surface]:
         return (self._read(k) for k in range(len(self)))
@@ -226,20 +277,79 @@ class Results(Sequence["ParticleFrame | Surface"]):
         return f"<Results {self._path}: {len(self)} frames{span} with {', '.join(self._fields)}>"
 
 
-def read(path: str | os.PathLike[str]) -> Results:
-    """Opens a ``particles.vtkhdf`` or ``surface.vtkhdf`` of a run's folder.
+class Run:
+    """The folder of a run, whose files are read when they are asked for; see :func:`rsph.read`."""
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self._path = Path(path)
+
+    @property
+    def path(self) -> Path:
+        """The folder."""
+        return self._path
+
+    @property
+    def particles(self) -> Results:
+        """The particles, frame by frame."""
+        return Results(self._file("particles.vtkhdf"))
+
+    @property
+    def surface(self) -> Results:
+        """The surface, frame by frame."""
+        return Results(self._file("surface.vtkhdf"))
+
+    @property
+    def history(self) -> dict[str, Array]:
+        """The readings of the probes, arrays of shape (S,) by name, ``"time"`` (s) first."""
+        with self._file("probes.csv").open(newline="", encoding="utf-8") as file:
+            header, *rows = csv.reader(file)
+        # A run that goes on may have half a row at the end.
+        values = [[float(x) for x in row] for row in rows if len(row) == len(header)]
+        table = np.array(values, dtype=np.float64).reshape(-1, len(header))
+        return {name: table[:, i] for i, name in enumerate(header)}
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """What ``summary.json`` says: particles, steps, wall time, energies, errors, notes."""
+        summary: dict[str, Any] = json.loads(self._file("summary.json").read_text(encoding="utf-8"))
+        return summary
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario as run."""
+        from rsph.scenario import Scenario
+
+        return Scenario.from_toml(self._file("scenario.toml"))
+
+    def _file(self, name: str) -> Path:
+        path = self._path / name
+        if not path.is_file():
+            raise InputError(
+                f"{self._path}: has no {name}",
+                key="path",
+                value=str(self._path),
+                remedy="give the folder of a run, or a particles.vtkhdf or surface.vtkhdf",
+            )
+        return path
+
+    def __repr__(self) -> str:
+        return f"<Run {self._path}>"
+
+
+def read(path: str | os.PathLike[str]) -> Any:
+    """Opens the folder of a run, or a ``particles.vtkhdf`` or ``surface.vtkhdf`` in it.
+
+    Returns:
+        A :class:`Run` for a folder, else :class:`Results`.
 
     Raises:
         InputError: it cannot be read, or is something else.
     """
-    if os.path.isdir(path):
-        raise InputError(
-            f"{os.fspath(path)}: is a folder",
-            key="path",
-            value=os.fspath(path),
-            remedy="give particles.vtkhdf or surface.vtkhdf in it",
-        )
-    return Results(path)
+    if not os.path.isdir(path):
+        return Results(path)
+    run = Run(path)
+    run._file("scenario.toml")
+    return run
 
 
 def _missing(field: str, present: object) -> MissingFieldError:

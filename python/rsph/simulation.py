@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,14 +13,17 @@ import numpy as np
 import numpy.typing as npt
 
 from rsph import _rsph
-from rsph._scenario import Table, scenario, toml, without_none
+from rsph._progress import Progress
+from rsph._scenario import Table, plain, scenario, toml, without_none
 from rsph.boundaries import Boundary
 from rsph.errors import InputError, RsphWarning
 from rsph.fields import Field, function_of, table_of
-from rsph.loads import Load
+from rsph.loads import Custom, Function, Load
 from rsph.materials import Material
 from rsph.probes import Probe
 from rsph.results import Snapshot, Surface
+from rsph.sampling import Particles
+from rsph.scenario import Scenario
 from rsph.shapes import Shape
 
 __all__ = ["Description", "Equilibrium", "Simulation"]
@@ -109,12 +111,12 @@ class Simulation:
     True
 
     Args:
-        shape: the body.
+        shape: the body, or the :class:`rsph.Particles` of one, whose spacing is taken.
         spacing: distance between particles (m); either this or ``particles``.
         particles: number of particles (about); the spacing is found from it.
         material: what the body is made of.
         boundaries: parts that are held or moved.
-        loads: what pushes or pulls.
+        loads: what pushes or pulls; at most one of them a :class:`rsph.loads.Custom`.
         probes: named readings, for :meth:`probes` and the history.
         initial_velocity: a constant vector (m/s), a field of :mod:`rsph.fields`, or a function of
             an array (N, 3) of positions (m) that returns an array (N, 3). At rest by default.
@@ -145,12 +147,12 @@ class Simulation:
     def __init__(
         self,
         *,
-        shape: Shape,
+        shape: Shape | Particles,
         material: Material,
         spacing: float | None = None,
         particles: int | None = None,
         boundaries: Sequence[Boundary] = (),
-        loads: Sequence[Load] = (),
+        loads: Sequence[Load | Custom] = (),
         probes: Sequence[Probe] = (),
         initial_velocity: Field | None = None,
         initial_displacement: Field | None = None,
@@ -166,8 +168,20 @@ class Simulation:
         restore_level_set: bool = False,
         units: Literal["SI", "normalised"] = "SI",
     ) -> None:
+        if isinstance(shape, Particles):
+            if spacing is None and particles is None:
+                spacing = shape.spacing
+            shape = shape.shape
         _check_types(shape, Shape, "shape", "a shape, for example rsph.shapes.Box(size=(1, 1, 1))")
         _check_types(material, Material, "material", "a material of rsph.materials")
+        given = _list(loads, (Load, Custom), "loads")
+        custom = [load for load in given if isinstance(load, Custom)]
+        if len(custom) > 1:
+            raise InputError(
+                f"`loads`: holds {len(custom)} functions",
+                key="loads",
+                remedy="give one function that returns the sum of their forces",
+            )
         box: Table = {"box": {"size": [1.0, 1.0, 1.0]}}  # `shape` takes its place
         text = scenario(
             units=units,
@@ -178,7 +192,7 @@ class Simulation:
                 displacement=table_of("initial.displacement", initial_displacement),
             ),
             boundary=[b._as_table() for b in _list(boundaries, Boundary, "boundaries")],
-            load=[load._as_table() for load in _list(loads, Load, "loads")],
+            load=[load._as_table() for load in given if isinstance(load, Load)],
             probe=[probe._as_table() for probe in _list(probes, Probe, "probes")],
             solver=without_none(formulation=formulation, smoothing=smoothing, hourglass=hourglass),
             time=without_none(
@@ -202,6 +216,8 @@ class Simulation:
                 function_of(initial_velocity),
             )
         )
+        if custom:
+            self.set_load(custom[0])
 
     @classmethod
     def from_toml(
@@ -214,10 +230,32 @@ class Simulation:
             overrides: values to put in the place of those of the file by dotted key, such as
                 ``{"time.dt": 0.001, "load.0.ramp.to": 1.0}``.
         """
-        sets = [f"{key}={toml(value, key)}" for key, value in (overrides or {}).items()]
+        sets = [f"{key}={toml(plain(value), key)}" for key, value in (overrides or {}).items()]
         simulation = cls.__new__(cls)
         simulation._start(_rsph.Simulation.from_toml(os.fspath(path), sets))
         return simulation
+
+    @classmethod
+    def from_scenario(cls, scenario: Scenario) -> Simulation:
+        """The simulation of a :class:`rsph.Scenario`."""
+        simulation = cls.__new__(cls)
+        simulation._start(_rsph.Simulation.from_scenario(scenario._source))
+        return simulation
+
+    def __copy__(self) -> Simulation:
+        """Another simulation in the same state, which goes on bit by bit as this one."""
+        twin = Simulation.__new__(type(self))
+        twin._core = self._core.copy()
+        twin._description = self._description
+        return twin
+
+    def __deepcopy__(self, memo: dict[int, object]) -> Simulation:
+        return self.__copy__()
+
+    def __reduce__(self) -> Any:
+        raise TypeError(
+            "a running simulation is not pickled; pickle its rsph.Scenario, or copy.copy it"
+        )
 
     def _start(self, core: _rsph.Simulation) -> None:
         self._core = core
@@ -243,7 +281,8 @@ class Simulation:
         until: float | None = None,
         integrator: Integrator | None = None,
         dt: float | None = None,
-        every: float | None = None,
+        every: float | Literal["step"] | None = None,
+        observe: Callable[[Snapshot], object] | None = None,
         callback: Callable[[Simulation], object] | None = None,
         progress: bool = False,
     ) -> History:
@@ -256,8 +295,11 @@ class Simulation:
             until: end of the run (s); by default that of the scenario file.
             integrator: scheme from here on; by default the one so far.
             dt: its time step (s); by default the scheme's own. Only together with ``integrator``.
-            every: time (s) between two calls of ``callback``; by default a fiftieth of the run.
-            callback: called with the simulation; it may take snapshots. An exception ends the run.
+            every: time (s) between two calls of ``observe`` and ``callback``; by default a fiftieth
+                of the run. ``"step"`` calls ``observe`` after every time step.
+            observe: called with the :class:`rsph.Snapshot` of the moment. An exception ends the
+                run.
+            callback: called with the simulation, which it may change. An exception ends the run.
             progress: show on stderr how far it is.
 
         Returns:
@@ -278,29 +320,82 @@ class Simulation:
                 value=str(dt),
                 remedy="name the integrator as well",
             )
-        if every is not None and not every > 0.0:
+        each_step = every == "step"
+        if each_step and callback is not None:
             raise InputError(
-                f"`every` = {every}: must be greater than 0",
+                '`every` = "step": is for `observe`, which sees the simulation during a step',
+                key="every",
+                value="step",
+                remedy="give `observe`, or the time between two calls of `callback`",
+            )
+        if not (every is None or isinstance(every, str) or every > 0.0) or (
+            isinstance(every, str) and not each_step
+        ):
+            raise InputError(
+                f'`every` = {every}: must be greater than 0, or "step"',
                 key="every",
                 value=str(every),
                 remedy="give the time between two calls",
             )
         stride = max(1, int((end - start) / self.dt) // _MIN_SAMPLES)
-        report = _Progress(start, end) if progress else None
         pieces = 1
-        if callback is not None:
+        if callback is not None or (observe is not None and not each_step):
             # A remainder of rounding is no piece of its own.
-            interval = (end - start) / 50 if every is None else every
+            interval = float(every) if isinstance(every, int | float) else (end - start) / 50
             pieces = max(1, math.ceil((end - start) / interval - 1e-9))
-        try:
+        look = None
+        if observe is not None and each_step:
+            see = observe
+
+            def look(moment: _rsph.Snapshot) -> None:
+                see(Snapshot(moment))
+
+        with Progress(progress, start) as shown:
+
+            def report(time: float) -> None:
+                shown(time, end)
+
             for k in range(1, pieces + 1):
-                self._core.advance(end if k == pieces else start + k * interval, stride, report)
+                t = end if k == pieces else start + k * interval
+                self._core.advance(t, stride, report if progress else None, look)
+                if observe is not None and not each_step:
+                    observe(self.snapshot())
                 if callback is not None:
                     callback(self)
-        finally:
-            if report is not None:
-                report.close(self.time)
+            shown(self.time, end)
         return self.history()
+
+    def set_load(
+        self,
+        load: Custom | Function | None,
+        *,
+        on: Literal["surface", "particles"] = "surface",
+    ) -> None:
+        """Lets a Python function push or pull, beside the other loads, from here on.
+
+        Args:
+            load: a :class:`rsph.loads.Custom`, or its function: it is called before every time step
+                with the time (s) and the :class:`rsph.loads.Points`, and returns forces (N), shape
+                (P, 3). It takes the place of one that was there; None takes that away.
+            on: where, if ``load`` is a function.
+
+        Raises:
+            InputError: this body takes no such load.
+        """
+        if load is not None and not isinstance(load, Custom):
+            load = Custom(load, on)
+        self._core.set_load(
+            None if load is None else load._call, load is None or load.on == "surface"
+        )
+
+    def add_probe(self, probe: Probe) -> None:
+        """Adds a probe; the history has NaN for the time before.
+
+        Raises:
+            InputError: its name is taken, or there is nothing in its region.
+        """
+        _check_types(probe, Probe, "probe", "a rsph.Probe")
+        self._core.add_probe(scenario(probe=[probe._as_table()]))
 
     def solve_static(self, *, time: float | None = None) -> Equilibrium:
         """Goes straight to equilibrium under the loads and holds of a moment, at rest.
@@ -407,9 +502,9 @@ class Simulation:
         return self._core.history()
 
     def conservation(self) -> dict[str, float | Array]:
-        """Mass (kg), momentum, energies (J), forces (N) and their errors at this moment.
+        """Mass (kg), momentum (kg m/s), energies (J), forces (N) and their errors at this moment.
 
-        Keys: ``mass``, ``momentum`` (3,), ``kinetic_energy``, ``elastic_energy``,
+        Keys: ``mass``, ``momentum`` of shape (3,), ``kinetic_energy``, ``elastic_energy``,
         ``external_work``, ``dissipated``, ``load`` (3,), ``reaction`` (3,), and the relative
         ``momentum_error`` and ``mass_error``; beside a fluid ``energy_error`` as well.
         """
@@ -424,33 +519,17 @@ class Simulation:
         )
 
 
-class _Progress:
-    """One line on stderr."""
-
-    def __init__(self, start: float, end: float) -> None:
-        self._start = start
-        self._end = end
-
-    def __call__(self, time: float) -> None:
-        share = (time - self._start) / (self._end - self._start or 1.0)
-        sys.stderr.write(f"\rt = {time:.4g} of {self._end:.4g} ({share:.0%})")
-        sys.stderr.flush()
-
-    def close(self, time: float) -> None:
-        self(time)
-        sys.stderr.write("\n")
-
-
-def _list(values: Sequence[_T], kind: type[_T], name: str) -> Sequence[_T]:
+def _list(values: Sequence[_T], kind: type[_T] | tuple[type[Any], ...], name: str) -> Sequence[_T]:
     if isinstance(values, kind):
         remedy = f"wrap it in brackets: {name}=[...]"
         raise InputError(f"`{name}`: needs a list", key=name, remedy=remedy)
     for i, value in enumerate(values):
-        _check_types(value, kind, f"{name}[{i}]", f"a {kind.__name__}")
+        first = kind[0] if isinstance(kind, tuple) else kind
+        _check_types(value, kind, f"{name}[{i}]", f"a {first.__name__}")
     return values
 
 
-def _check_types(value: object, kind: type, key: str, wanted: str) -> None:
+def _check_types(value: object, kind: type | tuple[type, ...], key: str, wanted: str) -> None:
     if not isinstance(value, kind):
         raise InputError(
             f"`{key}` = {value!r}: needs {wanted}",

@@ -181,11 +181,3 @@ def test_the_example_runs():
     example = runpy.run_path(str(ROOT / "python" / "examples" / "tensile.py"))
     sim = example["tensile"](spacing=0.25, until=0.05)
     assert sim.probes()["extension"] > 0
-
-
-def test_the_docstring_of_simulation_is_true():
-    import doctest
-
-    import rsph.simulation
-
-    assert doctest.testmod(rsph.simulation).failed == 0

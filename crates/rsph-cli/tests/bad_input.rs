@@ -193,6 +193,23 @@ fn a_missing_mesh_is_named_with_its_path() {
 }
 
 #[test]
+fn label_maps_that_show_no_body_are_named() {
+    let shape = "shape = { organ = \"liver\" }";
+    let missing = "labelmap = { path = \"no/such.nii.gz\", label = 2 }";
+    refuses("liver_load", shape, missing, &["body.labelmap.path", "no/such.nii.gz"]);
+    refuses("liver_load", shape, "labelmap = 3", &["body.labelmap", "the path of an image"]);
+    refuses("liver_load", shape, "labelmap = { label = 3 }", &["body.labelmap", "path"]);
+    let axes = "labelmap = { path = \"a.nii\", axes = \"patient\" }";
+    refuses("liver_load", shape, axes, &["body.labelmap.axes", "image", "organ"]);
+    let scale = "labelmap = { path = \"a.nii\", scale = -1.0 }";
+    refuses("liver_load", shape, scale, &["body.labelmap.scale", "greater than 0"]);
+    refuses("liver_load", shape, "labelmap = { path = \"case.toml\" }", &["case.toml", "no NIfTI file"]);
+    let both = format!("{shape}\nlabelmap = \"a.nii\"");
+    refuses("liver_load", shape, &both, &["body.labelmap", "exclude each other"]);
+    refuses("liver_load", shape, "", &["body", "shape"]);
+}
+
+#[test]
 fn a_missing_scenario_is_named() {
     let done = Bench::new().rsph(&["run", "nowhere.toml"]);
     assert_eq!(done.code, Some(2));

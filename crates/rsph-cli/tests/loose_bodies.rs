@@ -3,6 +3,7 @@
 mod common;
 
 use common::{Bench, Done};
+use std::fmt::Write;
 
 /// A closed surface of boxes with these (lower, upper) corners, as OBJ; pieces that overlap are one body.
 fn boxes(corners: &[([f64; 3], [f64; 3])]) -> String {
@@ -10,12 +11,12 @@ fn boxes(corners: &[([f64; 3], [f64; 3])]) -> String {
     for (k, (low, high)) in corners.iter().enumerate() {
         for v in 0..8 {
             let at = |i: usize| if v >> i & 1 == 1 { high[i] } else { low[i] };
-            text += &format!("v {} {} {}\n", at(0), at(1), at(2));
+            writeln!(text, "v {} {} {}", at(0), at(1), at(2)).unwrap();
         }
         let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
         for q in quads {
             let [a, b, c, d] = q.map(|v| 8 * k + v + 1);
-            text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+            writeln!(text, "f {a} {b} {c}\nf {a} {c} {d}").unwrap();
         }
     }
     text

@@ -9,6 +9,7 @@ use crate::error::{FailureKind, InvalidInput};
 use crate::particles::{Column, Field, Particles};
 use crate::state::State;
 use crate::tensor::Vec3;
+use dyn_clone::DynClone;
 use rayon::prelude::*;
 
 /// Values that one task works on.
@@ -51,7 +52,7 @@ pub struct Step {
 }
 
 /// A scheme of integration in time with its work space for one set of particles.
-pub trait Integrator: std::fmt::Debug + Send + Sync {
+pub trait Integrator: DynClone + std::fmt::Debug + Send + Sync {
     /// The forces at time `t`, without advancing.
     fn evaluate(&mut self, dynamics: &mut dyn Dynamics, particles: &Particles, t: f64) -> ForceSums;
 
@@ -81,6 +82,8 @@ pub trait Integrator: std::fmt::Debug + Send + Sync {
         Ok(())
     }
 }
+
+dyn_clone::clone_trait_object!(Integrator);
 
 impl RungeKutta4 {
     /// Work space for `dynamics` on `particles`.

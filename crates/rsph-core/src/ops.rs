@@ -115,7 +115,7 @@ struct Block<'a> {
 impl Block<'_> {
     /// The first tile.
     fn first(&self) -> usize {
-        (self.column * self.tiles.planes + self.planes.start) * self.tiles.rows
+        self.tiles.start(self.column, self.planes.start)
     }
 }
 
@@ -123,17 +123,53 @@ impl Block<'_> {
 /// particle gets does not depend on the block it is in.
 fn for_each_block(lattice: &Lattice, out: &mut [Tile], components: usize, sum: &impl Sum) {
     let (tiles, cut) = (&lattice.tiles, lattice.weights.cut);
-    let arch = Arch::new();
     let tasks = TASKS_A_THREAD * rayon::current_num_threads();
     let least = BLOCK_REACHES * cut.isqrt().max(1);
-    let planes = tiles.planes.div_ceil(tasks.div_ceil(tiles.columns.max(1))).max(least);
-    let plane_len = tiles.rows * components;
-    out.par_chunks_mut(tiles.planes * plane_len).enumerate().for_each(|(column, out)| {
-        out.par_chunks_mut(planes * plane_len).enumerate().for_each(|(b, out)| {
-            let planes = b * planes..((b + 1) * planes).min(tiles.planes);
-            arch.dispatch(Task { sum, cut, block: Block { tiles, column, planes, out } });
-        });
-    });
+    let longest = tiles.planes.div_ceil(tasks.div_ceil(tiles.columns.max(1))).max(least);
+    Blocks { sum, cut, tiles, components, longest, arch: Arch::new() }.columns(0..tiles.columns, out);
+}
+
+/// How a field is cut into blocks.
+#[derive(Clone, Copy)]
+struct Blocks<'a, K> {
+    sum: &'a K,
+    cut: usize,
+    tiles: &'a Tiles,
+    components: usize,
+    /// Most planes of a block.
+    longest: usize,
+    arch: Arch,
+}
+
+impl<K: Sum> Blocks<'_, K> {
+    fn columns(&self, columns: Range<usize>, out: &mut [Tile]) {
+        if columns.len() <= 1 {
+            columns.for_each(|column| self.planes(column, 0..self.tiles.planes, out));
+            return;
+        }
+        let middle = columns.start.midpoint(columns.end);
+        let tiles = self.tiles.start(middle, 0) - self.tiles.start(columns.start, 0);
+        let (before, after) = out.split_at_mut(tiles * self.components);
+        rayon::join(
+            || self.columns(columns.start..middle, before),
+            || self.columns(middle..columns.end, after),
+        );
+    }
+
+    fn planes(&self, column: usize, planes: Range<usize>, out: &mut [Tile]) {
+        if planes.len() <= self.longest {
+            let block = Block { tiles: self.tiles, column, planes, out };
+            self.arch.dispatch(Task { sum: self.sum, cut: self.cut, block });
+            return;
+        }
+        let middle = planes.start.midpoint(planes.end);
+        let tiles = self.tiles.start(column, middle) - self.tiles.start(column, planes.start);
+        let (before, after) = out.split_at_mut(tiles * self.components);
+        rayon::join(
+            || self.planes(column, planes.start..middle, before),
+            || self.planes(column, middle..planes.end, after),
+        );
+    }
 }
 
 struct Task<'a, K> {
@@ -149,8 +185,8 @@ impl<K: Sum> WithSimd for Task<'_, K> {
     fn with_simd<S: Simd>(self, simd: S) {
         // h up to 0.8 dx, 1.26 dx, and beyond.
         match self.cut {
-            ..=3 => self.sum.run(simd, Fixed::<3>, self.block),
-            ..=9 => self.sum.run(simd, Fixed::<9>, self.block),
+            0..=3 => self.sum.run(simd, Fixed::<3>, self.block),
+            4..=9 => self.sum.run(simd, Fixed::<9>, self.block),
             cut => self.sum.run(simd, Any(cut), self.block),
         }
     }

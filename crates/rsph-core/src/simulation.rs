@@ -11,6 +11,7 @@ mod remeshing;
 mod solid;
 mod state;
 mod statics;
+mod steer;
 mod time_step;
 
 pub use crate::observe::Reading;
@@ -87,8 +88,8 @@ pub struct Description {
     pub notes: Vec<String>,
 }
 
-/// A running simulation.
-#[derive(Debug)]
+/// A running simulation. A clone goes on from the same state, bit by bit.
+#[derive(Clone, Debug)]
 pub struct Simulation {
     setup: Setup,
     description: Description,

@@ -28,8 +28,10 @@ pub struct Tiles {
     first: Vec<u32>,
     /// Occupied lanes of every tile, a bit each.
     mask: Vec<u8>,
-    /// Rows with a particle in every plane of every column.
+    /// Rows from the first to the last particle in every plane of every column.
     occupied: Vec<Range<u32>>,
+    /// First tile of every plane of every column, and their number.
+    start: Vec<u32>,
     /// Tile and lane of every particle.
     place: Vec<u32>,
 }
@@ -38,27 +40,27 @@ impl Tiles {
     /// Of a box of `cells` with particles in `places` (x fastest order).
     pub fn new(cells: [usize; 3], places: &[[usize; 3]]) -> Self {
         let [columns, rows, planes] = [cells[0].div_ceil(LANES), cells[1], cells[2]];
-        let count = columns * rows * planes;
-        let mut tiles = Self {
-            columns,
-            planes,
-            rows,
-            first: vec![0; count],
-            mask: vec![0; count],
-            occupied: vec![0..0; columns * planes],
-            place: Vec::with_capacity(places.len()),
-        };
+        let mut occupied = vec![0..0; columns * planes];
+        for [x, y, z] in places {
+            let (range, y): (&mut Range<u32>, u32) = (&mut occupied[x / LANES * planes + z], *y as u32);
+            *range =
+                if range.start == range.end { y..y + 1 } else { range.start.min(y)..range.end.max(y + 1) };
+        }
+        let mut start = vec![0];
+        for range in &occupied {
+            start.push(start[start.len() - 1] + range.end - range.start);
+        }
+        let count = start[start.len() - 1] as usize;
+        let (first, mask) = (vec![0; count], vec![0; count]);
+        let mut tiles = Self { columns, planes, rows, first, mask, occupied, start, place: Vec::new() };
+        tiles.place.reserve_exact(places.len());
         for (a, [x, y, z]) in places.iter().enumerate() {
-            let plane = x / LANES * planes + z;
-            let t = plane * rows + y;
+            let t = tiles.tile(x / LANES, *z, *y);
             if tiles.mask[t] == 0 {
                 tiles.first[t] = a as u32;
             }
             tiles.mask[t] |= 1 << (x % LANES);
             tiles.place.push((t * LANES + x % LANES) as u32);
-            let (range, y) = (&mut tiles.occupied[plane], *y as u32);
-            *range =
-                if range.start == range.end { y..y + 1 } else { range.start.min(y)..range.end.max(y + 1) };
         }
         tiles
     }
@@ -78,9 +80,17 @@ impl Tiles {
         vec![Tile::default(); components * self.len()]
     }
 
-    /// Tiles of a column.
-    pub fn column_len(&self) -> usize {
-        self.planes * self.rows
+    /// First tile of plane `z` of `column`; of the plane after the last, the end of the column.
+    #[inline(always)]
+    pub fn start(&self, column: usize, z: usize) -> usize {
+        self.start[column * self.planes + z] as usize
+    }
+
+    /// The tile in row `y` of plane `z` of `column`, which must be one of [`Tiles::occupied`].
+    #[inline(always)]
+    pub fn tile(&self, column: usize, z: usize, y: usize) -> usize {
+        let plane = column * self.planes + z;
+        self.start[plane] as usize + (y - self.occupied[plane].start as usize)
     }
 
     /// Tile and lane of a particle.
@@ -90,7 +100,7 @@ impl Tiles {
         (place / LANES, place % LANES)
     }
 
-    /// Rows with a particle in plane `z` of `column`; none outside of the box.
+    /// Rows from the first to the last particle in plane `z` of `column`; none outside of the box.
     #[inline(always)]
     pub fn occupied(&self, column: usize, z: isize) -> Range<isize> {
         if z < 0 || z as usize >= self.planes {

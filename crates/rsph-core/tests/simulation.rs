@@ -329,3 +329,56 @@ fn a_body_that_only_moves_as_a_whole_runs_on() {
     let mut simulation = Simulation::new(s).unwrap();
     advance(&mut simulation, 1.0);
 }
+
+#[test]
+fn forces_put_on_the_skin_are_a_pressure_and_a_clone_goes_on_as_the_body_did() {
+    let pressure = 2.0;
+    let ball = || setup(SphereShape::new(0.5, Vec3::zeros()).unwrap(), Resolution::Spacing(0.15), 0.3);
+    let mut built_in = ball();
+    let kind = LoadKind::Pressure { region: Region::All, pressure };
+    built_in.loads = vec![Load { kind, ramp: Ramp::default() }];
+    let mut built_in = Simulation::new(built_in).unwrap();
+    let mut pushed = Simulation::new(ball()).unwrap();
+    let skin = pushed.skin().unwrap();
+    let points = skin.points();
+    let area: f64 = points.iter().map(|p| p.area).sum();
+    assert!((area / std::f64::consts::PI - 1.0).abs() < 2e-3, "{area}");
+    let forces: Vec<Vec3> = points.iter().map(|p| -pressure * p.area * p.normal).collect();
+    let force = skin.carry(pushed.particles().len(), &points, &forces);
+    pushed.set_forces(&force).unwrap();
+    advance(&mut built_in, 0.02);
+    advance(&mut pushed, 0.02);
+    let u = |s: &Simulation| s.particles().column(Field::Displacement).values().to_vec();
+    let largest = u(&built_in).iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    assert!(largest > 0.0);
+    let pairs: Vec<_> = u(&built_in).into_iter().zip(u(&pushed)).collect();
+    assert!(pairs.iter().all(|(a, b)| (a - b).abs() < 1e-12 * largest));
+
+    let mut twin = pushed.clone();
+    advance(&mut pushed, 0.03);
+    assert_ne!(u(&twin), u(&pushed));
+    advance(&mut twin, 0.03);
+    assert_eq!(u(&twin), u(&pushed));
+
+    let problem = pushed.set_forces(&force[1..]).unwrap_err();
+    assert_eq!(problem.key, "force");
+    assert!(pushed.set_forces(&vec![f64::NAN; force.len()]).is_err());
+    pushed.set_forces(&[]).unwrap();
+    assert_eq!(pushed.evaluate().load, Vec3::zeros());
+}
+
+#[test]
+fn a_probe_can_come_later() {
+    let mut simulation = Simulation::new(setup(unit_cube(), Resolution::Particles(125), 0.3)).unwrap();
+    let probe = |name: &str, region| Probe {
+        name: name.into(),
+        quantity: Quantity::parse("displacement.z").unwrap(),
+        region,
+    };
+    simulation.add_probe(probe("all", Region::All)).unwrap();
+    assert_eq!(simulation.readings().len(), 1);
+    assert_eq!(simulation.add_probe(probe("all", Region::All)).unwrap_err().key, "probe.name");
+    let nowhere = Region::Point(Vec3::repeat(9.0));
+    assert_eq!(simulation.add_probe(probe("far", nowhere)).unwrap_err().key, "probe[1].region");
+    assert_eq!(simulation.readings().len(), 1);
+}

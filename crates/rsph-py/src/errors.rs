@@ -3,8 +3,10 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rsph_core::error::{Failure, InvalidInput};
+use rsph_scenario::label_map::LabelMapError;
 use rsph_scenario::mesh_io::MeshError;
 use rsph_scenario::output::vtkhdf::VtkHdfError;
+use rsph_scenario::run::RunError;
 use rsph_scenario::scenario::ScenarioError;
 
 /// Wrong input: an `rsph.InputError`.
@@ -39,11 +41,38 @@ pub fn scenario_text(error: &ScenarioError) -> PyErr {
     input_error(&message, &error.key, error.value.as_deref(), &error.remedy)
 }
 
+/// A scenario was refused: one from a file (`named`) or one that Python made.
+pub fn scenario(error: &ScenarioError, named: bool) -> PyErr {
+    if named { scenario_file(error) } else { scenario_text(error) }
+}
+
+/// A run did not come to an outcome; `named` says whether its scenario was read from a file.
+pub fn run(error: &RunError, named: bool) -> PyErr {
+    match error {
+        RunError::Scenario(e) => scenario(e, named),
+        RunError::Folder(e) => input_error(&e.to_string(), "output", None, e.remedy()),
+        RunError::Checkpoint(e) => input_error(&e.to_string(), "output", None, &e.remedy),
+        RunError::Memory(e) => input_error(&e.to_string(), "body.particles", None, &e.remedy()),
+        RunError::Sink(e) => Python::attach(|py| {
+            let details = PyDict::new(py);
+            let filled = details.set_item("path", e.path.display().to_string());
+            filled.map_or_else(|e| e, |()| raised(py, "StorageError", &e.to_string(), &details))
+        }),
+    }
+}
+
 /// A mesh file could not be read.
 pub fn mesh(error: &MeshError) -> PyErr {
     let path = error.path().display().to_string();
     let message = format!("{path}: {}", error.problem());
     input_error(&message, "body.shape.mesh.path", Some(&path), error.remedy())
+}
+
+/// A segmentation could not be read.
+pub fn label_map(error: &LabelMapError) -> PyErr {
+    let path = error.path.display().to_string();
+    let message = format!("{path}: {}", error.problem);
+    input_error(&message, "body.labelmap.path", Some(&path), &error.remedy)
 }
 
 /// A results file could not be read.

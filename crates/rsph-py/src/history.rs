@@ -6,7 +6,7 @@ use pyo3::types::PyDict;
 use rsph_core::simulation::Simulation;
 
 /// Readings at some moments of a run, in the order of time.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct History {
     last_step: Option<u64>,
     time: Vec<f64>,
@@ -20,8 +20,13 @@ impl History {
             return;
         }
         let readings = simulation.readings();
-        if self.columns.is_empty() {
-            self.columns = readings.iter().map(|r| (r.name.clone(), Vec::new())).collect();
+        if self.columns.len() < readings.len() {
+            // A probe that came later has no readings from before.
+            let before = std::mem::take(&mut self.columns);
+            let missing = || vec![f64::NAN; self.time.len()];
+            let known = |name: &String| before.iter().find(|(n, _)| n == name).map(|(_, v)| v.clone());
+            self.columns =
+                readings.iter().map(|r| (r.name.clone(), known(&r.name).unwrap_or_else(missing))).collect();
         }
         self.time.push(simulation.time());
         for ((_, values), reading) in self.columns.iter_mut().zip(readings) {

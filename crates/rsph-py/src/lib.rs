@@ -9,8 +9,12 @@
 mod arrays;
 mod errors;
 mod field;
+mod force;
 mod history;
+mod interrupt;
 mod results;
+mod run;
+mod sampling;
 mod scenario;
 mod shape;
 mod simulation;
@@ -22,9 +26,13 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _rsph {
     #[pymodule_export]
-    use crate::results::{describe_results, read_frame};
+    use crate::results::{describe_results, read_field, read_frame};
     #[pymodule_export]
-    use crate::scenario::{check, material_models};
+    use crate::run::run_scenario;
+    #[pymodule_export]
+    use crate::sampling::sample;
+    #[pymodule_export]
+    use crate::scenario::{check, material_models, read_scenario, scenario_text};
     #[pymodule_export]
     use crate::shape::{Shape, organ_names};
     #[pymodule_export]

@@ -24,6 +24,18 @@ pub fn describe_results(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyD
     Ok(dict)
 }
 
+/// One field of one step of a results file: an array (N,) or (N, components).
+#[pyfunction]
+pub fn read_field<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    step: usize,
+    field: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    let read = py.detach(|| vtkhdf::read_field(&path, step, field)).map_err(|e| errors::results(&e))?;
+    arrays::point_by_point(py, read.values, read.components)
+}
+
 /// One step of a results file: `time`, `points` (N, 3), `triangles` (T, 3) or None for particles,
 /// and `fields` by name.
 #[pyfunction]

@@ -5,9 +5,42 @@ use crate::shape::Shape;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rsph_core::material::REGISTRY;
-use rsph_core::setup::Setup;
+use rsph_core::setup::{Probe, Setup};
 use rsph_scenario::scenario::LoadedScenario;
 use std::path::PathBuf;
+
+/// A scenario as Python hands it over: its name in messages (empty if it was not read from a file), its text,
+/// the folder where its paths begin, and edits `key.path=value`.
+pub type Source = (String, String, PathBuf, Vec<String>);
+
+/// The scenario of a source.
+pub fn loaded((name, text, base_dir, sets): Source) -> PyResult<LoadedScenario> {
+    LoadedScenario::from_text(&name, text, base_dir, &sets)
+        .map_err(|e| errors::scenario(&e, !name.is_empty()))
+}
+
+/// The text of a scenario file. Raises `rsph.InputError` if it can not be read or is none.
+#[pyfunction]
+pub fn read_scenario(path: PathBuf) -> PyResult<String> {
+    let scenario = LoadedScenario::from_file(&path, &[]).map_err(|e| errors::scenario_file(&e))?;
+    Ok(scenario.as_run().to_owned())
+}
+
+/// The text of a scenario with its edits in it, in a form that runs from any folder. Raises `rsph.InputError`
+/// if it is none.
+#[pyfunction]
+pub fn scenario_text(source: Source) -> PyResult<String> {
+    let named = !source.0.is_empty();
+    let scenario = loaded(source)?;
+    scenario.check().map_err(|e| errors::scenario(&e, named))?;
+    Ok(scenario.as_run_anywhere())
+}
+
+/// The first probe of the scenario `text`.
+pub fn probe(text: String) -> PyResult<Probe> {
+    let first = understood(text)?.probes.into_iter().next();
+    first.ok_or_else(|| errors::plain("there is no probe"))
+}
 
 fn understood(text: String) -> PyResult<Setup> {
     let loaded = LoadedScenario::from_text("", text, PathBuf::new(), &[]);

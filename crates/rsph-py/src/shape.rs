@@ -2,16 +2,17 @@
 
 use crate::arrays;
 use crate::errors;
-use numpy::PyReadonlyArray2;
+use numpy::{PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::prelude::*;
 use rsph_core::error::InvalidInput;
 use rsph_core::mesh::TriangleMesh;
 use rsph_core::region::Axis;
 use rsph_core::shape::{
-    self as core, BoxShape, CylinderShape, DiscShape, MeshShape, RectangleShape, SphereShape,
+    self as core, BoxShape, CylinderShape, DiscShape, MeshShape, Placement, RectangleShape, Run, SphereShape,
 };
-use rsph_core::tensor::Vec3;
-use rsph_scenario::mesh_io::read_mesh;
+use rsph_core::tensor::{Mat3, Vec3};
+use rsph_scenario::label_map::{Axes, read_label};
+use rsph_scenario::mesh_io::{read_mesh, write_mesh};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -30,6 +31,12 @@ impl Shape {
 
     fn from_mesh(mesh: &TriangleMesh, name: &str) -> PyResult<Self> {
         let (shape, notes) = MeshShape::new(mesh, name).map_err(|e| errors::invalid_input(&e))?;
+        Ok(Self { shape: Arc::new(shape), notes })
+    }
+
+    fn from_voxels(runs: &[Run], size: [usize; 3], placement: &Placement, name: &str) -> PyResult<Self> {
+        let (shape, notes) =
+            core::voxel_shape(runs, size, placement, name).map_err(|e| errors::invalid_input(&e))?;
         Ok(Self { shape: Arc::new(shape), notes })
     }
 }
@@ -113,6 +120,67 @@ impl Shape {
         py.detach(|| Self::from_mesh(&mesh, "mesh from arrays"))
     }
 
+    /// The body of the voxels (NX, NY, NZ) that are true; `affine` (4, 4) goes from indices to positions.
+    #[staticmethod]
+    fn mask(
+        py: Python<'_>,
+        voxels: PyReadonlyArray3<'_, bool>,
+        affine: [[f64; 4]; 4],
+        name: String,
+    ) -> PyResult<Self> {
+        let voxels = voxels.as_array();
+        let size = [voxels.shape()[0], voxels.shape()[1], voxels.shape()[2]];
+        let mut runs = Vec::new();
+        for ((i, j, k), inside) in voxels.indexed_iter() {
+            if *inside {
+                runs.push(Run { start: [i, j, k], length: 1 });
+            }
+        }
+        let placement = Placement {
+            axes: Mat3::from_fn(|i, j| affine[i][j]),
+            origin: Vec3::from_fn(|i, _| affine[i][3]),
+        };
+        py.detach(|| Self::from_voxels(&runs, size, &placement, &name))
+    }
+
+    /// The body of a label in a NIfTI file; `scale` absent: to metres by its header.
+    #[staticmethod]
+    #[pyo3(signature = (path, label, scale, axes))]
+    fn label_map(
+        py: Python<'_>,
+        path: PathBuf,
+        label: u32,
+        scale: Option<f64>,
+        axes: &str,
+    ) -> PyResult<Self> {
+        let axes = match axes {
+            "image" => Axes::Image,
+            "organ" => Axes::Organ,
+            other => {
+                return Err(errors::invalid_input(&InvalidInput::new(
+                    "body.labelmap.axes",
+                    format!("\"{other}\""),
+                    "there are no such axes",
+                    "choose \"image\" or \"organ\"",
+                )));
+            }
+        };
+        if scale.is_some_and(|s| !(s.is_finite() && s > 0.0)) {
+            return Err(errors::invalid_input(&InvalidInput::new(
+                "body.labelmap.scale",
+                scale.unwrap_or_default(),
+                "the scale of an image must be greater than 0",
+                "leave it out to go by the header of the image; 0.001 makes metres of mm",
+            )));
+        }
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        py.detach(|| {
+            let read = read_label(&path, label).map_err(|e| errors::label_map(&e))?;
+            let placement = read.placement(scale, axes);
+            Self::from_voxels(&read.runs, read.size, &placement, &format!("label {label} of {name}"))
+        })
+    }
+
     /// What it is.
     #[getter]
     fn name(&self) -> String {
@@ -143,6 +211,11 @@ impl Shape {
         let mesh = self.shape.surface();
         let vertices = arrays::positions(py, mesh.vertices.iter().map(|v| (*v).into()));
         (vertices, arrays::triangles(py, &mesh.triangles))
+    }
+
+    /// Writes the surface as an STL, OBJ or PLY file.
+    fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        py.detach(|| write_mesh(&path, self.shape.surface(), &[])).map_err(|e| errors::mesh(&e))
     }
 
     /// Signed distances (N,) of points (N, 3) to the surface, negative inside.

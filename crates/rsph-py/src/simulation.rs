@@ -2,7 +2,10 @@
 
 use crate::errors;
 use crate::field::{Trouble, python_field};
+use crate::force::PythonForce;
 use crate::history::History;
+use crate::interrupt::{SOON, interruptible};
+use crate::scenario::Source;
 use crate::shape::Shape;
 use crate::snapshot::Snapshot;
 use crate::{arrays, scenario};
@@ -13,7 +16,7 @@ use rsph_core::error::{Failure, InvalidInput};
 use rsph_core::setup::{Integration, Scheme, TimeStep};
 use rsph_core::simulation::Simulation as CoreSimulation;
 use rsph_core::tensor::Vec3;
-use rsph_scenario::scenario::LoadedScenario;
+use rsph_scenario::scenario::{LoadedScenario, ScenarioError};
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
@@ -33,12 +36,25 @@ pub struct Simulation {
 struct State {
     simulation: CoreSimulation,
     history: History,
+    load: Option<PythonForce>,
 }
 
 impl Simulation {
     fn new_at_start(simulation: CoreSimulation, until: Option<f64>, mut notes: Vec<String>) -> Self {
         notes.extend(simulation.description().notes.iter().cloned());
-        Self { state: Mutex::new(State { simulation, history: History::default() }), until, notes }
+        let state = State { simulation, history: History::default(), load: None };
+        Self { state: Mutex::new(state), until, notes }
+    }
+
+    /// The simulation of a scenario, one from a file (`named`) or one that Python made.
+    fn of(py: Python<'_>, scenario: LoadedScenario, named: bool) -> PyResult<Self> {
+        let build = move || {
+            let job = scenario.lower()?;
+            let simulation =
+                CoreSimulation::new(job.setup).map_err(|e| scenario.document().invalid_input(&e))?;
+            Ok(Self::new_at_start(simulation, Some(job.until), job.notes))
+        };
+        interruptible(py, SOON, || (), build)?.map_err(|e: ScenarioError| errors::scenario(&e, named))
     }
 
     fn state(&self) -> PyResult<MutexGuard<'_, State>> {
@@ -50,33 +66,51 @@ impl Simulation {
         })
     }
 
-    /// Calls `compute` without the interpreter lock. What it is given is to be called after every
-    /// step and says whether to go on; the user's Ctrl-C and an error of `report` end the work at a
-    /// whole step.
+    /// Calls `compute` without the interpreter lock. What it is given is to be called after every step
+    /// and says whether to go on; the user's Ctrl-C and an error of `report` or of a Python load end the work
+    /// at a whole step.
     fn compute(
         py: Python<'_>,
         state: &mut State,
         report: Option<&Py<PyAny>>,
-        compute: impl FnOnce(&mut State, &mut dyn FnMut(f64) -> bool) -> Result<(), Failure> + Send,
+        compute: impl FnOnce(&mut State, &mut Listener<'_>) -> Result<(), Failure> + Send,
     ) -> PyResult<()> {
-        let mut stopped = None;
-        let stop = &mut stopped;
-        let done = py.detach(move || {
-            let mut last = Instant::now();
-            compute(state, &mut |time| {
-                if last.elapsed() < SLICE {
-                    return true;
-                }
-                let heard = Python::attach(|py| {
-                    py.check_signals()?;
-                    report.map_or(Ok(()), |r| r.call1(py, (time,)).map(drop))
-                });
-                last = Instant::now();
-                heard.map_err(|e| *stop = Some(e)).is_ok()
-            })
-        });
-        stopped.map_or(Ok(()), Err)?;
+        let mut listener = Listener { report, last: Instant::now(), stopped: None };
+        let done = py.detach(|| compute(state, &mut listener));
+        listener.stopped.map_or(Ok(()), Err)?;
         done.map_err(|e| errors::failure(&e))
+    }
+}
+
+/// Looks up from the computation now and then.
+struct Listener<'a> {
+    report: Option<&'a Py<PyAny>>,
+    last: Instant,
+    stopped: Option<PyErr>,
+}
+
+impl Listener<'_> {
+    /// Whether to go on at this time of the simulation.
+    fn go_on(&mut self, time: f64) -> bool {
+        if self.last.elapsed() < SLICE {
+            return true;
+        }
+        self.last = Instant::now();
+        let report = self.report;
+        self.attempt(|py| {
+            py.check_signals()?;
+            report.map_or(Ok(()), |r| r.call1(py, (time,)).map(drop))
+        })
+    }
+
+    /// Does something in Python; false if it went wrong.
+    fn attempt(&mut self, what: impl FnOnce(Python<'_>) -> PyResult<()>) -> bool {
+        Python::attach(what).map_err(|e| self.stopped = Some(e)).is_ok()
+    }
+
+    /// Brings the forces of a Python load up to date for the step to come.
+    fn reload(&mut self, load: Option<&mut PythonForce>, simulation: &mut CoreSimulation, t: f64) -> bool {
+        load.is_none_or(|load| self.attempt(|py| load.apply(py, simulation, t)))
     }
 }
 
@@ -102,7 +136,7 @@ impl Simulation {
         if let Some(f) = velocity {
             setup.initial.velocity = field("initial_velocity", f);
         }
-        let simulation = py.detach(|| CoreSimulation::new(setup));
+        let simulation = interruptible(py, SOON, || (), move || CoreSimulation::new(setup))?;
         trouble.check()?;
         Ok(Self::new_at_start(simulation.map_err(|e| errors::invalid_input(&e))?, None, Vec::new()))
     }
@@ -110,21 +144,53 @@ impl Simulation {
     /// From a scenario file and edits `key.path=value`.
     #[staticmethod]
     fn from_toml(py: Python<'_>, path: PathBuf, sets: Vec<String>) -> PyResult<Self> {
-        py.detach(|| {
-            let loaded = LoadedScenario::from_file(&path, &sets).map_err(|e| errors::scenario_file(&e))?;
-            let job = loaded.lower().map_err(|e| errors::scenario_file(&e))?;
-            let simulation = CoreSimulation::new(job.setup)
-                .map_err(|e| errors::scenario_file(&loaded.document().invalid_input(&e)))?;
-            Ok(Self::new_at_start(simulation, Some(job.until), job.notes))
-        })
+        let scenario = LoadedScenario::from_file(&path, &sets).map_err(|e| errors::scenario_file(&e))?;
+        Self::of(py, scenario, true)
+    }
+
+    /// From a scenario.
+    #[staticmethod]
+    fn from_scenario(py: Python<'_>, source: Source) -> PyResult<Self> {
+        let named = !source.0.is_empty();
+        Self::of(py, scenario::loaded(source)?, named)
+    }
+
+    /// Another simulation in the same state.
+    fn copy(&self, py: Python<'_>) -> PyResult<Self> {
+        let state = &*self.state()?;
+        let load = state.load.as_ref().map(|l| l.clone_ref(py));
+        let (simulation, history) = py.detach(|| (state.simulation.clone(), state.history.clone()));
+        let state = State { simulation, history, load };
+        Ok(Self { state: Mutex::new(state), until: self.until, notes: self.notes.clone() })
+    }
+
+    /// Puts the forces of a Python function `f(time, columns)` on the body in every step to come, or none.
+    #[pyo3(signature = (function, on_surface))]
+    fn set_load(&self, function: Option<Py<PyAny>>, on_surface: bool) -> PyResult<()> {
+        let state = &mut *self.state()?;
+        state.simulation.set_forces(&[]).map_err(|e| errors::invalid_input(&e))?;
+        state.load = function.map(|f| PythonForce::new(f, on_surface));
+        Ok(())
+    }
+
+    /// Adds the first probe of the scenario `text`.
+    fn add_probe(&self, text: String) -> PyResult<()> {
+        let probe = scenario::probe(text)?;
+        let state = &mut *self.state()?;
+        state.simulation.add_probe(probe).map_err(|e| errors::invalid_input(&e))
     }
 
     /// Takes `n` steps of length `dt`.
     fn step(&self, py: Python<'_>, n: u64) -> PyResult<()> {
-        Self::compute(py, &mut *self.state()?, None, |state, go_on| {
+        Self::compute(py, &mut *self.state()?, None, |state, listener| {
+            let State { simulation, load, .. } = state;
             for _ in 0..n {
-                state.simulation.step()?;
-                if !go_on(state.simulation.time()) {
+                let t = simulation.time();
+                if !listener.reload(load.as_mut(), simulation, t) {
+                    break;
+                }
+                simulation.step()?;
+                if !listener.go_on(simulation.time()) {
                     break;
                 }
             }
@@ -133,17 +199,33 @@ impl Simulation {
     }
 
     /// Advances to the time `until` exactly, recording the probes every `stride` steps and at both
-    /// ends; `report(time)` is called now and then.
-    #[pyo3(signature = (until, stride, report=None))]
-    fn advance(&self, py: Python<'_>, until: f64, stride: u64, report: Option<Py<PyAny>>) -> PyResult<()> {
-        Self::compute(py, &mut *self.state()?, report.as_ref(), |state, go_on| {
-            let State { simulation, history } = state;
+    /// ends; `report(time)` is called now and then, `observe(snapshot)` after every step.
+    #[pyo3(signature = (until, stride, report=None, observe=None))]
+    fn advance(
+        &self,
+        py: Python<'_>,
+        until: f64,
+        stride: u64,
+        report: Option<Py<PyAny>>,
+        observe: Option<Py<PyAny>>,
+    ) -> PyResult<()> {
+        Self::compute(py, &mut *self.state()?, report.as_ref(), |state, listener| {
+            let State { simulation, history, load } = state;
             history.record(simulation);
+            let t = simulation.time();
+            if !listener.reload(load.as_mut(), simulation, t) {
+                return Ok(());
+            }
             let result = simulation.advance_to(until, &mut |s| {
                 if s.step_count() % stride.max(1) == 0 {
                     history.record(s);
                 }
-                go_on(s.time())
+                let seen = observe.as_ref().is_none_or(|observe| {
+                    let snapshot = Snapshot::new(s.snapshot());
+                    listener.attempt(|py| observe.call1(py, (snapshot,)).map(drop))
+                });
+                let t = s.time();
+                seen && listener.reload(load.as_mut(), s, t) && listener.go_on(t)
             });
             history.record(simulation);
             result
@@ -153,8 +235,12 @@ impl Simulation {
     /// Goes straight to equilibrium under the loads and holds of the time `t`.
     fn solve_static<'py>(&self, py: Python<'py>, t: f64) -> PyResult<Bound<'py, PyDict>> {
         let mut found = None;
-        Self::compute(py, &mut *self.state()?, None, |state, go_on| {
-            let result = state.simulation.solve_static(t, &mut |_, _| go_on(t));
+        Self::compute(py, &mut *self.state()?, None, |state, listener| {
+            let State { simulation, load, .. } = state;
+            if !listener.reload(load.as_mut(), simulation, t) {
+                return Ok(());
+            }
+            let result = simulation.solve_static(t, &mut |_, _| listener.go_on(t));
             result.map(|e| found = Some(e))
         })?;
         let e = found.unwrap_or_default();

@@ -1,5 +1,6 @@
 //! Scenario files, the run loop and what surrounds a simulation.
 
+pub mod label_map;
 mod lower;
 pub mod mesh_io;
 pub mod output;

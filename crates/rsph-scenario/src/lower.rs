@@ -10,12 +10,15 @@ use crate::scenario::{
     BodyTable, Document, FieldTable, FormulationName, Integrator, KeyPath, LoadedScenario, ModeName,
     Scenario, ScenarioError, SolverTable, TimeStepValue, TimeTable, UnitsName,
 };
-use crate::shape_of::shape_of;
+use crate::shape_of::{FoundShape, shape_of};
 use checks::{positive, zero_or_more};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
     Formulation, Initial, Integration, Mechanics, Ramp, Scheme, Setup, Solver, TimeStep, Units,
 };
+use rsph_core::shape::BoxShape;
+use rsph_core::tensor::Vec3;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// More frames than this would fill a disk before anyone looks at them.
@@ -69,6 +72,25 @@ impl LoadedScenario {
     /// # Errors
     /// The first value that can not be simulated, with its place.
     pub fn lower(&self) -> Result<Job, ScenarioError> {
+        self.lower_on(|| shape_of(self.document(), &self.tables().body, self.base_dir()))
+    }
+
+    /// Whether [`LoadedScenario::lower`] would find anything wrong with the tables, without a look at the body's
+    /// shape: reading a mesh or an image takes its time.
+    ///
+    /// # Errors
+    /// The first value that can not be simulated, with its place.
+    pub fn check(&self) -> Result<(), ScenarioError> {
+        let any = BoxShape::new(Vec3::repeat(1.0), Vec3::zeros());
+        let any = any.map_err(|e| self.document().invalid_input(&e))?;
+        self.lower_on(|| Ok((Arc::new(any), Vec::new()))).map(drop)
+    }
+
+    /// The job of the body that `shape` finds.
+    fn lower_on(
+        &self,
+        shape: impl FnOnce() -> Result<FoundShape, ScenarioError>,
+    ) -> Result<Job, ScenarioError> {
         let (doc, tables) = (self.document(), self.tables());
         let until = tables.time.until;
         let time_step = time_step(doc, &tables.time)?;
@@ -97,7 +119,7 @@ impl LoadedScenario {
         }
         let probes = probes::probes(doc, &tables.probe, &mechanics, remesh.trigger)?;
         // Last, as reading a mesh takes longest.
-        let (shape, notes) = shape_of(doc, &tables.body, self.base_dir())?;
+        let (shape, notes) = shape()?;
         let setup = Setup {
             units: match tables.units {
                 UnitsName::Si => Units::Si,

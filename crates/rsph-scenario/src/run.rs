@@ -4,24 +4,22 @@ mod books;
 mod folder;
 mod frames;
 mod memory;
+mod ready;
 mod resume;
+mod room;
 mod store;
 
 pub use folder::{FolderError, OutputFolder};
-pub use memory::MemoryError;
+pub use memory::{Remembered, run_in_memory};
+pub use room::MemoryError;
 
-use crate::lower::Mode;
 use crate::output::checkpoint::{Checkpoint, CheckpointError};
-use crate::scenario::{KeyPath, LoadedScenario, ScenarioError};
+use crate::scenario::{LoadedScenario, ScenarioError};
 use crate::sink::{Outcome, RunSink, SinkError};
-use books::Books;
-use frames::Run;
+use ready::Ready;
 use rsph_core::simulation::{Conservation, Description, Simulation};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
-
-/// More steps than this take years.
-const MAX_STEPS: f64 = 1e12;
 
 /// How a run begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -169,55 +167,17 @@ pub fn run_with(
         resume::check_scenario(folder, scenario, &found)?;
         checkpoint = Some(found);
     }
-    let job = scenario.lower()?;
-    let (mode, until, interval, cadence) = (job.mode, job.until, job.frame_interval, job.checkpoint);
-    memory::check(&job.setup)?;
-    let mut simulation = Simulation::new(job.setup).map_err(|e| scenario.document().invalid_input(&e))?;
-    if mode == Mode::Dynamic {
-        check_steps(scenario, until, simulation.description().dt)?;
-    }
-    let mut notes = job.notes;
-    notes.extend(simulation.description().notes.iter().cloned());
-    let description = simulation.description().clone();
-    let mut books = Books::begin(&simulation, until);
+    let mut ready = Ready::new(scenario)?;
     if let Some(checkpoint) = &checkpoint {
-        notes.extend(resume::note(checkpoint));
-        resume::restore(folder, checkpoint, &mut simulation, &mut books)?;
+        ready.notes.extend(resume::note(checkpoint));
+        resume::restore(folder, checkpoint, &mut ready.simulation, &mut ready.books)?;
     } else {
         output.claim()?;
     }
-    let conservation = simulation.conservation();
-    let start = RunStart {
-        scenario,
-        simulation: &simulation,
-        description: &description,
-        conservation,
-        folder,
-        notes: &notes,
-        checkpoint: checkpoint.as_ref(),
-    };
-    let mut sink = make_sink(&start)?;
-    observer.started(simulation.description(), &notes);
+    let mut sink = make_sink(&ready.start(scenario, folder, checkpoint.as_ref()))?;
+    observer.started(ready.simulation.description(), &ready.notes);
     if checkpoint.is_some() {
-        observer.resumed(simulation.time(), books.done);
+        observer.resumed(ready.simulation.time(), ready.books.done);
     }
-    let mut run =
-        Run { simulation: &mut simulation, until, books, cadence, sink: sink.as_mut(), observer, stop };
-    Ok(match mode {
-        Mode::Dynamic => run.advance(interval)?,
-        Mode::Static { steps } => run.settle(steps)?,
-    })
-}
-
-/// Refuses a run that nobody will see the end of.
-fn check_steps(scenario: &LoadedScenario, until: f64, dt: f64) -> Result<(), ScenarioError> {
-    let steps = until / dt;
-    if steps <= MAX_STEPS {
-        return Ok(());
-    }
-    Err(scenario.document().error(
-        &KeyPath::from("time.until"),
-        format!("a time step of {dt:.3e} makes this {steps:.1e} steps; {MAX_STEPS:.0e} are allowed"),
-        format!("end at {:.3e} or before, or take larger steps", MAX_STEPS * dt),
-    ))
+    Ok(ready.go(sink.as_mut(), observer, stop)?)
 }

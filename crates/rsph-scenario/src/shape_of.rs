@@ -1,27 +1,77 @@
 //! The body's shape from its table: the one place that knows how shapes are built.
 
+use crate::label_map::{Axes, read_label};
 use crate::mesh_io::read_mesh;
-use crate::scenario::{BodyTable, Document, KeyPath, ScenarioError, ShapeTable};
+use crate::scenario::{
+    AxesName, BodyTable, Document, KeyPath, LabelMapTable, LabelMapValue, ScenarioError, ShapeTable,
+};
 use rsph_core::shape::{
-    BoxShape, CylinderShape, DiscShape, MeshShape, RectangleShape, Shape, SphereShape, organ,
+    BoxShape, CylinderShape, DiscShape, MeshShape, RectangleShape, Shape, SphereShape, organ, voxel_shape,
 };
 use rsph_core::tensor::Vec3;
 use std::path::Path;
 use std::sync::Arc;
 
+/// A shape, and what the user should know about it (one sentence each).
+pub type FoundShape = (Arc<dyn Shape>, Vec<String>);
+
 /// The shape of the body, and what the user should know about it (one sentence each). A relative
-/// mesh path starts at `base_dir`.
+/// path of a mesh or an image starts at `base_dir`.
 ///
 /// # Errors
-/// A size out of range, or a mesh that can not be read or is no closed surface.
-pub fn shape_of(
-    doc: &Document,
-    body: &BodyTable,
-    base_dir: &Path,
-) -> Result<(Arc<dyn Shape>, Vec<String>), ScenarioError> {
+/// A size out of range, a mesh that can not be read or is no closed surface, or an image that can not be read
+/// or does not show the body.
+pub fn shape_of(doc: &Document, body: &BodyTable, base_dir: &Path) -> Result<FoundShape, ScenarioError> {
+    let place = KeyPath::from("body");
+    match (&body.shape, &body.labelmap) {
+        (Some(shape), None) => of_table(doc, shape, base_dir),
+        (None, Some(LabelMapValue(image))) => of_image(doc, image, base_dir),
+        (Some(_), Some(_)) => Err(doc.error(
+            &place.key("labelmap"),
+            "`shape` and `labelmap` exclude each other: each says what the body is",
+            "remove one of the two",
+        )),
+        (None, None) => Err(doc.error(
+            &place.key("shape"),
+            "missing in `body`: what the body is, as `shape` or as `labelmap`",
+            "for example `shape = { organ = \"liver\" }`",
+        )),
+    }
+}
+
+/// The body of a label in a segmented image.
+fn of_image(doc: &Document, image: &LabelMapTable, base_dir: &Path) -> Result<FoundShape, ScenarioError> {
+    let place = KeyPath::from("body.labelmap");
+    if let Some(scale) = image.scale
+        && scale <= 0.0
+    {
+        return Err(doc.error(
+            &place.key("scale"),
+            "the scale of an image must be greater than 0",
+            "leave it out to go by the header of the image; 0.001 makes metres of mm",
+        ));
+    }
+    let file = base_dir.join(&image.path);
+    let read = read_label(&file, image.label).map_err(|e| {
+        let problem = format!("{}: {}", e.path.display(), e.problem);
+        doc.error(&place.key("path"), problem, e.remedy)
+    })?;
+    let axes = match image.axes {
+        AxesName::Image => Axes::Image,
+        AxesName::Organ => Axes::Organ,
+    };
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let name = format!("label {} of {name}", image.label);
+    let (shape, notes) = voxel_shape(&read.runs, read.size, &read.placement(image.scale, axes), &name)
+        .map_err(|e| doc.invalid_input(&e))?;
+    Ok((Arc::new(shape), notes))
+}
+
+/// The shape that has words in a scenario.
+fn of_table(doc: &Document, shape: &ShapeTable, base_dir: &Path) -> Result<FoundShape, ScenarioError> {
     let refused = |e| doc.invalid_input(&e);
     let plain = |shape: Arc<dyn Shape>| Ok((shape, Vec::new()));
-    match &body.shape {
+    match shape {
         ShapeTable::Box { size, corner } => {
             plain(Arc::new(BoxShape::new(Vec3::from(*size), Vec3::from(*corner)).map_err(refused)?))
         }

@@ -98,11 +98,11 @@ pub trait RunSink {
         Ok(())
     }
 
-    /// A moment from which the run can go on; all results so far belong to it.
+    /// A moment from which the run can go on; all results so far belong to it. `state` is what to store for that.
     ///
     /// # Errors
     /// When it can not be stored.
-    fn checkpoint(&mut self, state: State) -> Result<(), SinkError> {
+    fn checkpoint(&mut self, state: &mut dyn FnMut() -> State) -> Result<(), SinkError> {
         let _ = state;
         Ok(())
     }

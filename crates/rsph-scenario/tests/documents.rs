@@ -66,7 +66,7 @@ fn the_examples_of_the_guide_are_understood() {
         let body = "[body]\nspacing = 0.1\n";
         let box_shape = "shape = { box = { size = [1.0, 1.0, 1.0] } }\n";
         let text = match line.split(' ').next() {
-            Some("shape") => format!("{base}{body}{line}\n"),
+            Some("shape" | "labelmap") => format!("{base}{body}{line}\n"),
             Some("velocity") => format!("{base}{body}{box_shape}[initial]\n{line}\n"),
             Some("motion") => {
                 format!(

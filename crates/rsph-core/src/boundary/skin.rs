@@ -7,11 +7,12 @@
 //! a cluster hands on is sum f and sum (x - c) f^T, however many points it has. So the work of a load that
 //! changes in every frame is one look at each panel and 12 products for each pair of a cluster and a particle.
 
-use super::surface_load::{Panel, Traction, panels};
+use super::surface_load::{Panel, SurfacePoint, Traction, panels, three_points};
 use crate::fit::LinearFit;
 use crate::mesh::TriangleMesh;
+use crate::particles::Column;
 use crate::tensor::Vec3;
-use nalgebra::{Matrix4, Matrix4x3};
+use nalgebra::{Matrix4, Matrix4x3, Vector4};
 use rayon::prelude::*;
 use std::fmt;
 use std::ops::Range;
@@ -114,6 +115,59 @@ impl Skin {
         if patterns.iter().all(Option::is_none) {
             return None;
         }
+        Some(self.carried(particles, &patterns))
+    }
+
+    /// Quadrature points of the surface, three on each panel.
+    pub fn points(&self) -> Vec<SurfacePoint> {
+        let mut points = Vec::with_capacity(3 * self.panels.len());
+        for (panel, corners) in self.panels.iter().zip(&self.corners) {
+            three_points(corners, &panel.centre.normal, panel.centre.area, &mut |p| points.push(*p));
+        }
+        points
+    }
+
+    /// Forces on `particles` particles, component by component, of forces at the [`Skin::points`].
+    pub fn carry(&self, particles: usize, points: &[SurfacePoint], forces: &[Vec3]) -> Vec<f64> {
+        let pattern = |cluster: &Cluster| {
+            let mut sums = Sums::default();
+            for k in 3 * cluster.panels.start..3 * cluster.panels.end {
+                sums.add(cluster, &points[k].x, &forces[k]);
+            }
+            Some(sums.pattern(cluster))
+        };
+        let patterns: Vec<Pattern> = self.clusters.par_iter().with_min_len(TASK).map(pattern).collect();
+        self.carried(particles, &patterns)
+    }
+
+    /// Values of a column of the particles at the [`Skin::points`], point by point.
+    pub fn interpolate(&self, points: &[SurfacePoint], column: &Column) -> Vec<f64> {
+        let components = column.components();
+        let mut fits = vec![vec![Vector4::zeros(); components]; self.clusters.len()];
+        for (k, (a, x)) in self.shares.particles.iter().enumerate() {
+            for &(c, w) in self.shares.of(k) {
+                let cluster = &self.clusters[c as usize];
+                let p = cluster.monomials(x) * w;
+                for (i, fit) in fits[c as usize].iter_mut().enumerate() {
+                    *fit += p * column.component(i)[*a as usize];
+                }
+            }
+        }
+        let mut values = vec![0.0; components * points.len()];
+        for (cluster, fit) in self.clusters.iter().zip(fits) {
+            let fit: Vec<Vector4<f64>> = fit.into_iter().map(|f| cluster.inverse * f).collect();
+            for k in 3 * cluster.panels.start..3 * cluster.panels.end {
+                let p = cluster.monomials(&points[k].x);
+                for (i, fit) in fit.iter().enumerate() {
+                    values[components * k + i] = p.dot(fit);
+                }
+            }
+        }
+        values
+    }
+
+    /// Forces on the particles of the patterns of all clusters.
+    fn carried(&self, particles: usize, patterns: &[Pattern]) -> Vec<f64> {
         let shares = &self.shares;
         let carried: Vec<Vec3> = (0..shares.particles.len())
             .into_par_iter()
@@ -139,25 +193,48 @@ impl Skin {
                 force[i * particles + *a as usize] = f[i];
             }
         }
-        Some(force)
+        force
     }
 
     /// A = M^-1 sum p(x) f^T over the points of a cluster.
     fn pattern(&self, cluster: &Cluster, traction: &Traction<'_>) -> Pattern {
-        let (mut force, mut moments) = (Vec3::zeros(), [Vec3::zeros(); 3]);
-        let mut loaded = false;
+        let mut sums = Sums::default();
         for k in cluster.panels.clone() {
-            traction.on(&self.panels[k], &self.corners[k], |x, f| {
-                let r = (x - cluster.centre) / cluster.h;
-                force += f;
-                for (moment, r) in moments.iter_mut().zip(r.iter()) {
-                    *moment += f * *r;
-                }
-                loaded = true;
-            });
+            traction.on(&self.panels[k], &self.corners[k], |x, f| sums.add(cluster, x, f));
         }
-        let rows = [force, moments[0], moments[1], moments[2]].map(|v| v.transpose());
-        loaded.then(|| cluster.inverse * Matrix4x3::from_rows(&rows))
+        sums.loaded.then(|| sums.pattern(cluster))
+    }
+}
+
+impl Cluster {
+    /// p(x) = (1, (x - c) / h).
+    fn monomials(&self, x: &Vec3) -> Vector4<f64> {
+        let r = (x - self.centre) / self.h;
+        Vector4::new(1.0, r.x, r.y, r.z)
+    }
+}
+
+/// Resultant and moments of the forces on a cluster.
+#[derive(Default)]
+struct Sums {
+    force: Vec3,
+    moments: [Vec3; 3],
+    loaded: bool,
+}
+
+impl Sums {
+    fn add(&mut self, cluster: &Cluster, x: &Vec3, f: &Vec3) {
+        let r = (x - cluster.centre) / cluster.h;
+        self.force += f;
+        for (moment, r) in self.moments.iter_mut().zip(r.iter()) {
+            *moment += f * *r;
+        }
+        self.loaded = true;
+    }
+
+    fn pattern(&self, cluster: &Cluster) -> Matrix4x3<f64> {
+        let rows = [self.force, self.moments[0], self.moments[1], self.moments[2]].map(|v| v.transpose());
+        cluster.inverse * Matrix4x3::from_rows(&rows)
     }
 }
 

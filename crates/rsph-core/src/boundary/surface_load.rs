@@ -96,7 +96,12 @@ pub fn quadrature(mesh: &TriangleMesh, resolution: f64) -> Vec<SurfacePoint> {
 }
 
 /// Exact for quadratic functions on the triangle.
-fn three_points(corners: &[Vec3; 3], normal: &Vec3, area: f64, visit: &mut impl FnMut(&SurfacePoint)) {
+pub(super) fn three_points(
+    corners: &[Vec3; 3],
+    normal: &Vec3,
+    area: f64,
+    visit: &mut impl FnMut(&SurfacePoint),
+) {
     let sum = corners[0] + corners[1] + corners[2];
     for corner in corners {
         visit(&SurfacePoint { x: (sum + 3.0 * corner) / 6.0, normal: *normal, area: area / 3.0 });

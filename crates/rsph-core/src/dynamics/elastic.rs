@@ -247,6 +247,10 @@ impl Dynamics for Elastic {
         Elastic::smallest_jacobian(self, t, particles.column(Field::Displacement).values())
     }
 
+    fn loads_mut(&mut self) -> Option<&mut Vec<NodalLoad>> {
+        Some(&mut self.loads)
+    }
+
     fn impose(&self, t: f64, particles: &mut Particles) -> Imposed {
         self.fixed.impose(t, &self.mass, particles)
     }

@@ -297,6 +297,10 @@ impl<const D: usize> Dynamics for LargeStrain<D> {
         total
     }
 
+    fn loads_mut(&mut self) -> Option<&mut Vec<NodalLoad>> {
+        Some(&mut self.loads)
+    }
+
     fn impose(&self, t: f64, particles: &mut Particles) -> Imposed {
         self.fixed.impose(t, &self.mass, particles)
     }

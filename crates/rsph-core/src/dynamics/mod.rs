@@ -7,6 +7,7 @@ pub mod paper;
 pub mod prescribed;
 
 pub use crate::boundary::force_sums::{ForceSums, Imposed};
+use crate::boundary::nodal_load::NodalLoad;
 use crate::particles::{Column, Field, Particles};
 
 /// Energies at one moment.
@@ -52,6 +53,11 @@ pub trait Dynamics: std::fmt::Debug + Send + Sync {
 
     /// Adds the derived columns (strain, stress, density, ...) to a copy of the state.
     fn derive(&mut self, t: f64, particles: &mut Particles);
+
+    /// The loads on its particles; `None`: it has no place for loads.
+    fn loads_mut(&mut self) -> Option<&mut Vec<NodalLoad>> {
+        None
+    }
 
     /// The solid whose stiffness implicit and static solves use; `None`: there is none.
     fn elastic(&mut self) -> Option<&mut elastic::Elastic> {

@@ -176,6 +176,10 @@ impl Dynamics for Paper {
         sums
     }
 
+    fn loads_mut(&mut self) -> Option<&mut Vec<NodalLoad>> {
+        Some(&mut self.loads)
+    }
+
     fn impose(&self, t: f64, particles: &mut Particles) -> Imposed {
         self.fixed.impose(t, &self.mass, particles)
     }

@@ -7,7 +7,7 @@ use crate::error::{FailureKind, InvalidInput};
 use crate::particles::{Column, Field, Particles};
 use crate::solve::cg::Goal;
 use crate::solve::stiff::StiffSolver;
-use crate::state::State;
+use crate::state::{State, Stateful};
 use rayon::prelude::*;
 
 /// gamma of SDIRK2: L-stable and of second order.
@@ -31,7 +31,7 @@ pub enum Scheme {
 }
 
 /// An implicit scheme with its work space.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Implicit {
     scheme: Scheme,
     tolerance: f64,
@@ -163,12 +163,15 @@ impl Integrator for Implicit {
     fn save(&self, state: &mut State) {
         state.put("implicit/scale", self.scale.as_slice());
         state.put("implicit/reference", [self.reference]);
+        if let Some(solver) = &self.solver {
+            solver.save(state);
+        }
     }
 
     fn restore(&mut self, state: &State) -> Result<(), InvalidInput> {
         self.scale = state.real("implicit/scale")?.first().copied();
         [self.reference] = state.numbers("implicit/reference")?;
-        Ok(())
+        self.solver.as_mut().map_or(Ok(()), |solver| solver.restore(state))
     }
 
     fn evaluate(&mut self, dynamics: &mut dyn Dynamics, particles: &Particles, t: f64) -> ForceSums {

@@ -55,7 +55,7 @@ impl<S: Simd, T: Stencil> Passes<S> for Adjoint<'_, T> {
     #[inline(always)]
     fn source_sign(sign: &[f64; 3], component: usize) -> f64 {
         let sign = sign[component / 3];
-        if component % 3 == 0 { -sign } else { sign }
+        if component.is_multiple_of(3) { -sign } else { sign }
     }
 
     #[inline(always)]

@@ -23,10 +23,9 @@ pub struct Fold {
 pub struct Folds([Vec<(usize, Fold)>; 3]);
 
 impl Folds {
-    /// These, [`MAX_FOLDS`] at most.
+    /// These, [`MAX_FOLDS`] at most: others are left out.
     pub fn new(folds: &[Fold]) -> Self {
-        assert!(folds.len() <= MAX_FOLDS, "{} mirror planes on cell faces", folds.len());
-        let numbered = || (1..).zip(folds.iter().copied());
+        let numbered = || (1..=MAX_FOLDS).zip(folds.iter().copied());
         Self(std::array::from_fn(|axis| numbered().filter(|(_, fold)| fold.axis == axis).collect()))
     }
 

@@ -189,7 +189,7 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
                     }
                     let mut sums = [simd.splat_f64s(0.0); MAX_SUMS];
                     passes.along_z(simd, &planes, &mut sums[..P::SUMS]);
-                    let t = (self.column * self.source.tiles.planes + target as usize) * rows + y as usize;
+                    let t = self.source.tiles.tile(self.column, target as usize, y as usize);
                     finish(t, lane, &mut sums);
                 }
             }
@@ -220,7 +220,7 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
             while next < sources.end && next <= y + reach {
                 // A row ahead: what was just written is slow to read at other places.
                 if next + 1 < sources.end {
-                    self.copy(z, next + 1, &mut lines[(next + 1 & 1) as usize]);
+                    self.copy(z, next + 1, &mut lines[((next + 1) & 1) as usize]);
                 }
                 let first = (next & (slots - 1)) as usize * slot_len;
                 let lines = &lines[(next & 1) as usize][..P::SOURCE.1];
@@ -252,23 +252,21 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
     /// The source's values in row `y` of plane `z`, with those beside the tile.
     #[inline(always)]
     fn copy(&self, z: isize, y: isize, lines: &mut [Line; MAX_SOURCES]) {
-        let Tiles { columns, planes, rows, .. } = *self.source.tiles;
         let (components, read) = P::SOURCE;
-        let along = planes * rows * components;
-        let first = ((self.column * planes + z as usize) * rows + y as usize) * components;
-        for (c, Line(line)) in lines.iter_mut().enumerate().take(read) {
-            let at = first + c;
-            line[..LANES].copy_from_slice(if self.column > 0 {
-                &self.source.field[at - along].0
-            } else {
-                &[0.0; LANES]
-            });
-            line[LANES..2 * LANES].copy_from_slice(&self.source.field[at].0);
-            line[2 * LANES..].copy_from_slice(if self.column + 1 < columns {
-                &self.source.field[at + along].0
-            } else {
-                &[0.0; LANES]
-            });
+        // The tiles before, here and after; zeros where there is none.
+        let tile = |side: isize| {
+            let column = self.column as isize + side;
+            let there = self.occupied(column, z).contains(&y);
+            there.then(|| self.source.tiles.tile(column as usize, z as usize, y as usize) * components)
+        };
+        for (side, at) in [tile(-1), tile(0), tile(1)].into_iter().enumerate() {
+            for (c, Line(line)) in lines.iter_mut().enumerate().take(read) {
+                let to = &mut line[side * LANES..(side + 1) * LANES];
+                match at {
+                    Some(at) => to.copy_from_slice(&self.source.field[at + c].0),
+                    None => to.fill(0.0),
+                }
+            }
         }
         let origin = (self.column as isize - 1) * LANES as isize;
         for fold in self.source.folds.along_x() {

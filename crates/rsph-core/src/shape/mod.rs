@@ -13,6 +13,7 @@ mod rectangle;
 mod slab;
 mod sphere;
 mod triangle_mesh;
+mod voxels;
 
 pub use box_shape::BoxShape;
 pub use cylinder::CylinderShape;
@@ -20,6 +21,7 @@ pub use disc::DiscShape;
 pub use rectangle::RectangleShape;
 pub use sphere::SphereShape;
 pub use triangle_mesh::MeshShape;
+pub use voxels::{Placement, Run, voxel_shape};
 
 use crate::error::InvalidInput;
 use crate::grid::{Bounds, Grid};

@@ -29,7 +29,7 @@ pub(super) const READINGS: &[(&str, &str)] = &[
 ];
 
 /// A fluid beside a solid.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct FluidBesideSolid {
     dynamics: FluidStructure,
     kernel: RemeshKernel,

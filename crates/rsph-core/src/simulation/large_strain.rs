@@ -6,6 +6,7 @@ use super::model::{Model, Moment, Parts};
 use super::remeshing::Relaid;
 use super::time_step::{choose_step, only_rk4};
 use crate::boundary::nodal_load::NodalLoad;
+use crate::boundary::skin::Skin;
 use crate::dynamics::Dynamics;
 use crate::dynamics::large_strain::body::LargeBody;
 use crate::dynamics::large_strain::remeshing::LargeRemeshError;
@@ -16,7 +17,7 @@ use crate::mesh::TriangleMesh;
 use crate::mls::PointWeights;
 use crate::observe::{Reading, TaggedProbe};
 use crate::particles::{Column, Field, Particles};
-use crate::setup::{Formulation, Scheme, Setup};
+use crate::setup::{Formulation, Probe, Scheme, Setup};
 use crate::snapshot::Snapshot;
 use crate::stability::{StepLimit, large_step_limit};
 use crate::state::State;
@@ -28,7 +29,7 @@ use crate::tensor::Vec3;
 const ROOM: f64 = 0.6;
 
 /// A solid at large strain in `D` dimensions.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct LargeSolid<const D: usize> {
     body: LargeBody<D>,
     /// Surface of the undeformed body.
@@ -169,6 +170,24 @@ impl<const D: usize> Model for LargeSolid<D> {
     fn restore(&mut self, state: &State, particles: &Particles) -> Result<(), InvalidInput> {
         self.body.restore(state, particles.len())?;
         self.find_readers()
+    }
+
+    fn skin(&self) -> Option<Skin> {
+        Some(self.body.skin())
+    }
+
+    fn add_probe(&mut self, probe: &Probe) -> Result<(), InvalidInput> {
+        self.setup.probes.push(probe.clone());
+        match tag_probes(&self.body, &self.setup) {
+            Ok(tagged) => {
+                self.tagged = tagged;
+                Ok(())
+            }
+            Err(error) => {
+                self.setup.probes.pop();
+                Err(error)
+            }
+        }
     }
 
     fn surface(&self, snapshot: &Snapshot) -> Surface {

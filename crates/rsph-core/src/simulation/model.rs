@@ -2,18 +2,20 @@
 
 use super::Description;
 use super::remeshing::Relaid;
+use crate::boundary::skin::Skin;
 use crate::dynamics::Dynamics;
 use crate::error::{Failure, InvalidInput};
 use crate::observe::Reading;
 use crate::particles::Particles;
-use crate::setup::Load;
+use crate::setup::{Load, Probe};
 use crate::snapshot::Snapshot;
 use crate::state::State;
 use crate::surface::Surface;
+use dyn_clone::DynClone;
 
 /// What a kind of body brings: its dynamics, how it is laid anew, and what it shows. The particles,
 /// their integration in time, the watchdog and the balances are the simulation's.
-pub(super) trait Model: std::fmt::Debug + Send + Sync {
+pub(super) trait Model: DynClone + std::fmt::Debug + Send + Sync {
     /// What moves the particles.
     fn dynamics(&self) -> &dyn Dynamics;
 
@@ -60,6 +62,25 @@ pub(super) trait Model: std::fmt::Debug + Send + Sync {
     /// A state of another body, or one that is damaged.
     fn restore(&mut self, state: &State, particles: &Particles) -> Result<(), InvalidInput>;
 
+    /// The quadrature of the undeformed surface with the weights of the present particles at its points;
+    /// `None` for a body that forces can not be put on.
+    fn skin(&self) -> Option<Skin> {
+        None
+    }
+
+    /// Adds a probe, after those that are there.
+    ///
+    /// # Errors
+    /// A probe that reads nothing, or a body whose probes are what they are; it stays as it was.
+    fn add_probe(&mut self, probe: &Probe) -> Result<(), InvalidInput> {
+        Err(InvalidInput::new(
+            "probe",
+            &probe.name,
+            "only a solid takes probes as it moves",
+            "give the probe when the simulation is made",
+        ))
+    }
+
     /// The surface of the moment of `snapshot`.
     fn surface(&self, snapshot: &Snapshot) -> Surface;
 
@@ -73,6 +94,8 @@ pub(super) trait Model: std::fmt::Debug + Send + Sync {
         particles
     }
 }
+
+dyn_clone::clone_trait_object!(Model);
 
 /// When something happens.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -31,7 +31,7 @@ const SMALLEST_COLOUR: f64 = 1e-4;
 pub const VOLUME_INSIDE: &str = "volume_inside";
 
 /// A body that moves as told.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct PrescribedBody {
     dynamics: Prescribed,
     iso: f64,

@@ -22,7 +22,7 @@ use crate::mls::{Cloud, PointWeights};
 use crate::observe::{Reading, TaggedProbe};
 use crate::particles::{Column, Field, Particles};
 use crate::sample::{Body, sample};
-use crate::setup::{Formulation, Load, RemeshTrigger, Setup, VectorField};
+use crate::setup::{Formulation, Load, Probe, RemeshTrigger, Setup, VectorField};
 use crate::shape::Shape;
 use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
@@ -34,7 +34,7 @@ use lay::{LayError, Undeformed};
 use std::sync::Arc;
 
 /// A solid body.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Solid {
     setup: Setup,
     body: Body,
@@ -42,7 +42,7 @@ pub(super) struct Solid {
     undeformed: Undeformed,
     laid: Laid,
     matter: Matter,
-    /// Gradient of the displacement (or the strain) at the last remesh.
+    /// Gradient of the displacement (or the strain) at the last remesh, where a strain since then decides.
     laid_at: Vec<Mat3>,
     /// Time of the last remesh and the displacement that it left, if there was one.
     laid_with: Option<(f64, Column)>,
@@ -57,7 +57,7 @@ pub(super) struct Solid {
 }
 
 /// What moves the particles.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 enum Matter {
     Adjoint(Box<Elastic>),
     Paper(Box<Paper>),
@@ -74,6 +74,12 @@ impl Matter {
                 Self::Paper(Box::new(Paper::new(material, mass, dx, smoothing, fixed, loads)))
             }
         }
+    }
+
+    /// [`Self::gradient`] if remeshing goes by it, nothing otherwise.
+    fn gradient_for(&mut self, setup: &Setup, particles: &Particles, t: f64) -> Vec<Mat3> {
+        let wanted = setup.remesh.trigger == RemeshTrigger::Strain;
+        if wanted { self.gradient(particles, t) } else { Vec::new() }
     }
 
     /// Gradient of the displacement of every particle; in the paper's formulation its strain.
@@ -159,7 +165,7 @@ impl Solid {
             body,
             holds,
             undeformed,
-            laid_at: matter.gradient(&particles, 0.0),
+            laid_at: matter.gradient_for(setup, &particles, 0.0),
             laid_with: None,
             laid,
             matter,
@@ -246,7 +252,7 @@ impl Model for Solid {
         self.laid = laid;
         self.skin = None;
         self.laid_with = Some((moment.time, relaid.particles.column(Field::Displacement).clone()));
-        self.laid_at = self.matter.gradient(&relaid.particles, moment.time);
+        self.laid_at = self.matter.gradient_for(&self.setup, &relaid.particles, moment.time);
         Ok(relaid)
     }
 
@@ -276,6 +282,20 @@ impl Model for Solid {
 
     fn restore(&mut self, state: &State, particles: &Particles) -> Result<(), InvalidInput> {
         state::restore(self, state, particles)
+    }
+
+    fn skin(&self) -> Option<Skin> {
+        Some(self.laid.skin(&*self.setup.shape, self.body.grid.spacing))
+    }
+
+    fn add_probe(&mut self, probe: &Probe) -> Result<(), InvalidInput> {
+        let (index, dx) = (self.setup.probes.len(), self.body.grid.spacing);
+        let (positions, volume) = (&self.laid.undeformed, &self.laid.volume);
+        let cloud = self.laid.cloud(dx);
+        let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
+        self.probes.push(TaggedProbe::new(index, probe, &*self.setup.shape, positions, volume, dx, weights)?);
+        self.setup.probes.push(probe.clone());
+        Ok(())
     }
 
     fn surface(&self, snapshot: &Snapshot) -> Surface {

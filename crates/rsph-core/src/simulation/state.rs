@@ -14,7 +14,7 @@ fn name_of(column: &str) -> String {
 
 impl Simulation {
     /// Everything that the future depends on, given the set-up that the simulation was made from. Loads that
-    /// were replaced on the way are not part of it.
+    /// were replaced, forces that were put on it and probes that were added on the way are not part of it.
     pub fn state(&self) -> State {
         let mut state = State::default();
         let d = &self.description;

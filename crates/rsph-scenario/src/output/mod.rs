@@ -159,11 +159,12 @@ impl RunSink for RunWriters {
         self.probes.tick()
     }
 
-    fn checkpoint(&mut self, mut state: State) -> Result<(), SinkError> {
+    fn checkpoint(&mut self, state: &mut dyn FnMut() -> State) -> Result<(), SinkError> {
         // First the results that it counts on.
         self.particles.settle()?;
         self.surface.settle()?;
         let bytes = self.probes.settle()?;
+        let mut state = state();
         state.put_counts(RESULTS, &[self.frames as u64, bytes]);
         self.report.save(&mut state);
         let (scenario, version) = (self.info.scenario.clone(), VERSION.to_owned());

@@ -6,7 +6,7 @@
 mod reader;
 mod writer;
 
-pub use reader::{FieldInfo, FileInfo, describe, read_step, visit_steps};
+pub use reader::{FieldInfo, FileInfo, describe, read_field, read_step, visit_steps};
 pub use writer::VtkHdfWriter;
 pub(super) use writer::reason;
 

@@ -194,9 +194,11 @@ impl Clock {
 }
 
 fn checkpoint(sink: &mut dyn RunSink, books: &Books, s: &Simulation) -> Result<(), SinkError> {
-    let mut state = s.state();
-    books.save(&mut state);
-    sink.checkpoint(state)
+    sink.checkpoint(&mut || {
+        let mut state = s.state();
+        books.save(&mut state);
+        state
+    })
 }
 
 /// A sample, none of them twice.

@@ -1,99 +1,77 @@
-//! Whether the memory of the machine holds a run.
+//! A run that leaves nothing on disk: its summary and its probes, for sweeps over many scenarios.
 
-use rsph_core::sample::Resolution;
-use rsph_core::setup::{Formulation, Mechanics, Setup};
-use sysinfo::{MemoryRefreshKind, RefreshKind, System};
+use super::ready::Ready;
+use super::{Observer, RunError, store};
+use crate::output::RunInfo;
+use crate::output::summary::Summary;
+use crate::scenario::LoadedScenario;
+use crate::sink::{Outcome, RunSink, SinkError};
+use rsph_core::simulation::{Conservation, Reading};
+use rsph_core::snapshot::Snapshot;
+use rsph_core::surface::Surface;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
-/// A body with more particles than the memory holds.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error(
-    "{particles:.2e} particles need about {:.1} GB of memory; {:.1} GB are free, for about {fits:.2e} particles",
-    needed / 1e9, available / 1e9
-)]
-pub struct MemoryError {
-    /// Particles asked for, about.
-    pub particles: f64,
-    /// Memory that they need (bytes).
-    pub needed: f64,
-    /// Memory that is free (bytes).
-    pub available: f64,
-    /// Particles that it holds.
-    pub fits: f64,
+/// What is left of a run.
+#[derive(Clone, Debug)]
+pub struct Remembered {
+    /// What `summary.json` would say.
+    pub summary: Summary,
+    /// Columns of `probes.csv`, without `time`.
+    pub columns: Vec<String>,
+    /// Its last row; empty if there was no sample.
+    pub last: Vec<f64>,
 }
 
-impl MemoryError {
-    /// What to do about it.
-    pub fn remedy(&self) -> String {
-        format!(
-            "set `body.particles` to {:.0} or fewer (or a larger `body.spacing`), or free some memory",
-            0.9 * self.fits
-        )
-    }
-}
-
-/// More particles than this are refused by the sampling, which says how many cells it can have.
-const LEFT_TO_SAMPLING: f64 = 5e7;
-
-/// Bytes a particle needs in a run, measured by the largest memory of runs of 1e4 to 1e6 particles: sampling a curved
-/// surface takes more than the steps do, and that of a plane body, a slab of thickness one, most.
-fn bytes_a_particle(setup: &Setup) -> f64 {
-    let plane = setup.shape.dimension() == 2;
-    match (&setup.mechanics, setup.solver.formulation) {
-        (Mechanics::Prescribed(_) | Mechanics::Interaction(_), _) => 4e3,
-        (Mechanics::Solid, _) if plane => 110e3,
-        (Mechanics::Solid, _) if !setup.shape.is_box() => 17e3,
-        (Mechanics::Solid, Formulation::Adjoint) if setup.material.finite_strain().is_none() => 3e3,
-        (Mechanics::Solid, _) => 9e3,
-    }
-}
-
-/// Refuses a body that the free memory does not hold.
+/// Runs `scenario` and remembers its end.
 ///
 /// # Errors
-/// How many particles it holds.
-pub(super) fn check(setup: &Setup) -> Result<(), MemoryError> {
-    let only = RefreshKind::nothing().with_memory(MemoryRefreshKind::nothing().with_ram());
-    let available = System::new_with_specifics(only).available_memory() as f64;
-    // 0: the system does not say.
-    if available == 0.0 {
-        return Ok(());
-    }
-    fits(setup, available)
+/// As [`super::run_with`]. A simulation that fails is told by the summary.
+pub fn run_in_memory(
+    scenario: &LoadedScenario,
+    observer: &mut dyn Observer,
+    stop: &AtomicBool,
+) -> Result<(Remembered, Outcome), RunError> {
+    let mut ready = Ready::new(scenario)?;
+    let info = store::info(&ready.start(scenario, Path::new(""), None));
+    observer.started(ready.simulation.description(), &ready.notes);
+    let mut memory = Memory::default();
+    let outcome = ready.go(&mut memory, observer, stop)?;
+    Ok((memory.remembered(&info, &outcome), outcome))
 }
 
-fn fits(setup: &Setup, available: f64) -> Result<(), MemoryError> {
-    let dimension = setup.shape.dimension() as i32;
-    let particles = match setup.resolution {
-        Resolution::Particles(n) => n as f64,
-        Resolution::Spacing(dx) => setup.shape.volume() / dx.powi(dimension),
-    };
-    let each = bytes_a_particle(setup);
-    let needed = particles * each;
-    // What is not a number is refused elsewhere.
-    if needed > available && particles < LEFT_TO_SAMPLING {
-        return Err(MemoryError { particles, needed, available, fits: available / each });
-    }
-    Ok(())
+/// Keeps the last of everything.
+#[derive(Debug, Default)]
+struct Memory {
+    readings: Vec<Reading>,
+    conservation: Conservation,
+    particles: usize,
+    frames: usize,
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scenario::LoadedScenario;
+impl Memory {
+    fn remembered(self, info: &RunInfo, outcome: &Outcome) -> Remembered {
+        Remembered {
+            summary: Summary::new(info, outcome, &self.conservation, self.particles, self.frames),
+            columns: info.probes.iter().map(|c| c.name.clone()).collect(),
+            last: self.readings.iter().map(|r| r.value).collect(),
+        }
+    }
+}
 
-    #[test]
-    fn a_body_that_memory_does_not_hold_is_refused_with_the_number_that_fits() {
-        let text = include_str!("../../../../scenarios/tensile_liver.toml");
-        let sets = ["body.particles=1000000".to_owned()];
-        let scenario = LoadedScenario::from_text("f.toml", text.into(), "".into(), &sets).unwrap();
-        let setup = scenario.lower().unwrap().setup;
-        assert!(fits(&setup, 4e9).is_ok());
-        let error = fits(&setup, 1e9).unwrap_err();
-        assert!((error.fits - 1e9 / 3e3).abs() < 1.0, "{error:?}");
-        let message = format!("{error}; {}", error.remedy());
-        assert!(
-            message.contains("1.00e6 particles need about 3.0 GB") && message.contains("300000"),
-            "{message}"
-        );
+impl RunSink for Memory {
+    fn frame(&mut self, snapshot: &Snapshot, _: &Surface, now: &Conservation) -> Result<(), SinkError> {
+        (self.particles, self.conservation) = (snapshot.len(), *now);
+        self.frames += 1;
+        Ok(())
+    }
+
+    fn sample(&mut self, _: f64, readings: &[Reading], now: &Conservation) -> Result<(), SinkError> {
+        (self.readings, self.conservation) = (readings.to_vec(), *now);
+        Ok(())
+    }
+
+    fn finish(&mut self, _: &Outcome) -> Result<(), SinkError> {
+        Ok(())
     }
 }

@@ -2,7 +2,7 @@
 
 use super::RunStart;
 use crate::output::{Parameter, ProbeColumn, RunInfo, RunWriters};
-use crate::scenario::{LoadedScenario, ShapeTable};
+use crate::scenario::{AxesName, LabelMapValue, LoadedScenario, ShapeTable};
 use crate::sink::{RunSink, SinkError};
 use rsph_core::region::Axis;
 use rsph_core::setup::{Formulation, LoadKind, Mechanics, RemeshTrigger, STRAIN, Setup, Units};
@@ -23,7 +23,8 @@ pub fn open(start: &RunStart<'_>) -> Result<Box<dyn RunSink>, SinkError> {
     }))
 }
 
-fn info(start: &RunStart<'_>) -> RunInfo {
+/// What writers and summaries need to know.
+pub fn info(start: &RunStart<'_>) -> RunInfo {
     let setup = start.simulation.setup();
     let mut description = start.description.clone();
     description.notes = start.notes.to_vec();
@@ -117,8 +118,10 @@ fn remeshing(setup: &Setup) -> Vec<Parameter> {
 
 /// Organs stand along y; test bodies, in normalised units, along z.
 fn up(scenario: &LoadedScenario, units: Units) -> Axis {
-    match (&scenario.tables().body.shape, units) {
-        (ShapeTable::Organ(_), _) | (ShapeTable::Mesh { .. }, Units::Si) => Axis::Y,
+    let body = &scenario.tables().body;
+    match (&body.shape, &body.labelmap, units) {
+        (Some(ShapeTable::Organ(_)), ..) | (Some(ShapeTable::Mesh { .. }), _, Units::Si) => Axis::Y,
+        (_, Some(LabelMapValue(image)), _) if image.axes == AxesName::Organ => Axis::Y,
         _ => Axis::Z,
     }
 }

@@ -54,13 +54,16 @@ impl Document {
         &self.edited
     }
 
-    /// That text with the file of the body's mesh named so that it is found from everywhere.
-    pub(super) fn with_mesh(&self, mesh: &std::path::Path) -> String {
+    /// That text with the file `path` at `place`, or at `path` in the table there.
+    pub(super) fn with_path(&self, place: &[&str], path: &std::path::Path) -> String {
         let Ok(mut tree) = self.edited.parse::<toml_edit::DocumentMut>() else { return self.edited.clone() };
-        let place = ["body", "shape", "mesh", "path"];
         let item = place.iter().try_fold(tree.as_item_mut(), |item, key| item.get_mut(key));
         if let Some(item) = item {
-            *item = toml_edit::value(mesh.display().to_string());
+            let value = toml_edit::value(path.display().to_string());
+            match item.get_mut("path") {
+                Some(inner) => *inner = value,
+                None => *item = value,
+            }
         }
         tree.to_string()
     }

@@ -13,6 +13,10 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("body.shape.organ", "shape = { organ = \"liver\" }"),
     ("body.shape.mesh", "shape = { mesh = { path = \"organ.stl\", scale = 0.001 } }"),
     ("body.shape.mesh.path", "path = \"organ.stl\""),
+    ("body.labelmap", "labelmap = { path = \"segmentation.nii.gz\", label = 1 }"),
+    ("body.labelmap.path", "path = \"segmentation.nii.gz\""),
+    ("body.labelmap.label", "label = 1"),
+    ("body.labelmap.axes", "axes = \"organ\""),
     ("body.spacing", "spacing = 0.01"),
     ("body.particles", "particles = 1000"),
     (

@@ -6,6 +6,7 @@ mod error;
 mod examples;
 mod explain;
 mod keypath;
+mod label_map;
 mod loads;
 mod material;
 mod overrides;
@@ -21,6 +22,7 @@ pub use dynamics::{
 pub use error::ScenarioError;
 pub(crate) use explain::{remedy_at, suggestion};
 pub use keypath::KeyPath;
+pub use label_map::{AxesName, LabelMapTable, LabelMapValue};
 pub use loads::{BoundaryKind, BoundaryTable, LoadKindName, LoadTable, MotionTable, RampTable};
 pub use material::MaterialTable;
 pub use region::{AxisName, RegionTable, SideName};
@@ -83,16 +85,20 @@ impl LoadedScenario {
         self.document.edited()
     }
 
-    /// The scenario as run in a form that runs from any folder: a relative path of a mesh is made
+    /// The scenario as run in a form that runs from any folder: a relative path of a mesh or an image is made
     /// absolute.
     pub fn as_run_anywhere(&self) -> String {
-        match &self.tables.body.shape {
-            ShapeTable::Mesh { path, .. } if Path::new(path).is_relative() => {
-                let mesh = self.base_dir.join(path);
-                self.document.with_mesh(&std::path::absolute(&mesh).unwrap_or(mesh))
-            }
-            _ => self.as_run().to_owned(),
+        let body = &self.tables.body;
+        let (place, path): (&[&str], &String) = match (&body.shape, &body.labelmap) {
+            (Some(ShapeTable::Mesh { path, .. }), _) => (&["body", "shape", "mesh", "path"], path),
+            (_, Some(LabelMapValue(table))) => (&["body", "labelmap"], &table.path),
+            _ => return self.as_run().to_owned(),
+        };
+        if Path::new(path).is_absolute() {
+            return self.as_run().to_owned();
         }
+        let file = self.base_dir.join(path);
+        self.document.with_path(place, &std::path::absolute(&file).unwrap_or(file))
     }
 
     /// The file it was read from, if it was.

@@ -1,6 +1,7 @@
 //! The tables of a scenario file. Doc comments are the descriptions of the JSON Schema.
 
 use super::dynamics::{DynamicsTable, RemeshTable};
+use super::label_map::LabelMapValue;
 use super::loads::{BoundaryTable, LoadTable};
 use super::material::MaterialTable;
 use super::region::{AxisName, RegionTable};
@@ -65,13 +66,18 @@ pub enum UnitsName {
     Normalised,
 }
 
-/// The body. Exactly one of `spacing` and `particles` says how fine it is.
+/// The body. Exactly one of `shape` and `labelmap` says what it is, one of `spacing` and `particles` how fine.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{"required": ["spacing"]}, {"required": ["particles"]}]))]
+#[schemars(extend("allOf" = [
+    {"oneOf": [{"required": ["spacing"]}, {"required": ["particles"]}]},
+    {"oneOf": [{"required": ["shape"]}, {"required": ["labelmap"]}]}
+]))]
 pub struct BodyTable {
     /// Its shape in the undeformed state.
-    pub shape: ShapeTable,
+    pub shape: Option<ShapeTable>,
+    /// Instead of a shape: an organ in a CT or MR segmentation.
+    pub labelmap: Option<LabelMapValue>,
     /// Distance dx between particles (m), positive.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub spacing: Option<f64>,

@@ -12,7 +12,7 @@ pub(super) struct Modes {
     rest: Vec<f64>,
     relaxation_time: f64,
     /// Of each mode: w, and its share of the displacement at rest.
-    modes: Vec<(f64, Vec<f64>)>,
+    pairs: Vec<(f64, Vec<f64>)>,
 }
 
 impl Modes {
@@ -33,21 +33,21 @@ impl Modes {
                 scaled[(i, j)] = column[i] / (root[i] * root[j]);
             }
         }
-        let eigen = scaled.self_adjoint_eigen(Side::Lower).map_err(|e| format!("no modes: {e:?}"))?;
+        let eigen = scaled.self_adjoint_eigen(Side::Lower).map_err(|e| format!("no pairs: {e:?}"))?;
         let (squares, vectors) = (eigen.S().column_vector(), eigen.U());
-        let modes = (0..size)
+        let pairs = (0..size)
             .map(|k| {
                 let share: f64 = (0..size).map(|i| vectors[(i, k)] * root[i] * rest[i]).sum();
                 (squares[k].max(0.0).sqrt(), (0..size).map(|i| share * vectors[(i, k)] / root[i]).collect())
             })
             .collect();
-        Ok(Self { rest: rest.to_vec(), relaxation_time, modes })
+        Ok(Self { rest: rest.to_vec(), relaxation_time, pairs })
     }
 
     /// Displacement at time t: the rest less sum g_k(t) of each mode's share of it.
     pub fn displacement(&self, t: f64) -> Vec<f64> {
         let mut u = self.rest.clone();
-        for (omega, share) in &self.modes {
+        for (omega, share) in &self.pairs {
             let left = decay(t, *omega, self.relaxation_time);
             u.iter_mut().zip(share).for_each(|(u, s)| *u -= left * s);
         }

@@ -19,11 +19,13 @@ const SYM: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
 /// Constants of the sweep, as a tiled field.
 #[derive(Clone, Debug)]
 pub(super) struct Constants {
+    /// Constants of tiles, those of a tile of full neighbourhoods first.
     values: Vec<Tile>,
+    /// Which of them every tile has; 0 is that of full neighbourhoods, where first moments vanish and L is a
+    /// number.
+    kind: Vec<u32>,
     /// Tiles in which a particle sees a mirror ghost.
     near_wall: Vec<bool>,
-    /// Tiles of full cells with full neighbourhoods: first moments vanish there, and L is a number.
-    inside: Vec<bool>,
     bulk: Bulk,
 }
 
@@ -65,14 +67,30 @@ impl Constants {
     pub(super) fn new(lattice: &Lattice, moments: &[Moments], mirror: &Mirror) -> Self {
         let tiles = &lattice.tiles;
         let bulk = Bulk::new(lattice);
-        let mut values = tiles.field(CONSTANTS);
         let mut near_wall = vec![false; tiles.len()];
         let mut inside: Vec<bool> = (0..tiles.len()).map(|t| tiles.particles(t).1 == u8::MAX).collect();
         for (a, m) in moments.iter().enumerate() {
-            let (t, lane) = tiles.place(a);
+            let (t, _) = tiles.place(a);
             near_wall[t] |= !mirror.ghosts_of(a).is_empty();
             inside[t] &= bulk.fits(m, lattice.spacing);
-            if m.volume <= 0.0 {
+        }
+        let mut count = 0;
+        let kind: Vec<u32> = inside
+            .iter()
+            .map(|inside| {
+                count += u32::from(!inside);
+                if *inside { 0 } else { count }
+            })
+            .collect();
+        let mut values = vec![Tile::default(); (count as usize + 1) * CONSTANTS];
+        let l = bulk.correction;
+        let of_bulk = [bulk.volume, l, l, l, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, bulk.zeroth];
+        for (value, constant) in values.iter_mut().zip(of_bulk) {
+            value.0 = [constant; LANES];
+        }
+        for (a, m) in moments.iter().enumerate().filter(|(_, m)| m.volume > 0.0) {
+            let (t, lane) = tiles.place(a);
+            if inside[t] {
                 continue;
             }
             let l = &m.correction;
@@ -90,17 +108,23 @@ impl Constants {
                 of_q.z,
                 m.zeroth / m.volume,
             ];
-            for (value, constant) in values[t * CONSTANTS..].iter_mut().zip(constants) {
+            for (value, constant) in values[kind[t] as usize * CONSTANTS..].iter_mut().zip(constants) {
                 value.0[lane] = constant;
             }
         }
-        Self { values, near_wall, inside, bulk }
+        Self { values, kind, near_wall, bulk }
+    }
+
+    /// Constants of tile `t`.
+    #[inline(always)]
+    fn of(&self, t: usize) -> &[Tile] {
+        &self.values[self.kind[t] as usize * CONSTANTS..][..CONSTANTS]
     }
 
     /// V in the lanes of tile `t`.
     #[inline(always)]
     pub(super) fn volume(&self, t: usize) -> &[f64; LANES] {
-        &self.values[t * CONSTANTS].0
+        &self.of(t)[0].0
     }
 
     /// Whether a particle of tile `t` sees a mirror ghost.
@@ -219,12 +243,12 @@ impl Pointwise for LinearStress<'_> {
     #[inline(always)]
     fn transform<S: Simd>(&self, simd: S, tile: usize, lane: usize, sums: &mut [S::f64s; PAIR_COMPONENTS]) {
         let lacking = self.lacking && self.constants.near_wall[tile];
-        if self.constants.inside[tile] && !lacking {
+        if self.constants.kind[tile] == 0 && !lacking {
             self.inside(simd, tile, lane, sums);
             return;
         }
         let mut constant = [simd.splat_f64s(0.0); CONSTANTS];
-        let values = &self.constants.values[tile * CONSTANTS..(tile + 1) * CONSTANTS];
+        let values = self.constants.of(tile);
         for (constant, value) in constant.iter_mut().zip(values) {
             *constant = ops::load(simd, &value.0, lane);
         }

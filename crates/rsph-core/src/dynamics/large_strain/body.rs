@@ -7,7 +7,7 @@ use super::ghosts::{Ghosts, displacement};
 use crate::boundary::fixed::Fixed;
 use crate::boundary::load::{LoadedBody, nodal_loads};
 use crate::boundary::mirror::MirrorPlane;
-use crate::boundary::skin::Carriers;
+use crate::boundary::skin::{Carriers, Skin};
 use crate::boundary::tag::{self, Cut, Holds};
 use crate::error::InvalidInput;
 use crate::fit::{Degree, LocalFit};
@@ -202,6 +202,14 @@ impl<const D: usize> LargeBody<D> {
         let carriers = Carriers { positions: self.reference(), fits: &fits };
         self.dynamics.loads = nodal_loads(&self.loads, &loaded, &mut None, &carriers)?;
         Ok(())
+    }
+
+    /// The surface of the undeformed body with the particles that carry its loads.
+    pub fn skin(&self) -> Skin {
+        let fits =
+            |places: &[Vec3]| self.fits(Degree::Linear, self.reference(), places, |_, fit| fit.linear());
+        let carriers = Carriers { positions: self.reference(), fits: &fits };
+        Skin::new(self.shape.surface(), self.spacing, &carriers)
     }
 
     /// Weights of the particles at points of the undeformed body.

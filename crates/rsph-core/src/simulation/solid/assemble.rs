@@ -9,12 +9,14 @@ use crate::boundary::skin::{Carriers, Skin};
 use crate::boundary::tag::Holds;
 use crate::dynamics::elastic::Elastic;
 use crate::error::InvalidInput;
+use crate::fit::LinearFit;
 use crate::grid::Grid;
 use crate::lattice::Lattice;
 use crate::mls::Cloud;
 use crate::moments::area_vectors;
 use crate::remesh::NodeLattice;
 use crate::setup::{Load, LoadKind, Setup};
+use crate::shape::Shape;
 use crate::tensor::Vec3;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -85,12 +87,21 @@ impl Laid {
             face_tolerance: flat_face::TOLERANCE,
             tolerance: 1e-3 * spacing,
         };
-        let fits = |places: &[Vec3]| {
-            let cloud = self.cloud(spacing);
-            places.par_iter().map(|x| cloud.fit_at(x)).collect()
-        };
+        let fits = |places: &[Vec3]| self.fits(spacing, places);
         let carriers = Carriers { positions: &self.undeformed, fits: &fits };
         nodal_loads(&setup.loads, &loaded, skin, &carriers)
+    }
+
+    /// The surface of the undeformed body with the particles that carry its loads.
+    pub fn skin(&self, shape: &dyn Shape, spacing: f64) -> Skin {
+        let fits = |places: &[Vec3]| self.fits(spacing, places);
+        Skin::new(shape.surface(), spacing, &Carriers { positions: &self.undeformed, fits: &fits })
+    }
+
+    /// Linear fits of the particles around places.
+    fn fits(&self, spacing: f64, places: &[Vec3]) -> Vec<LinearFit> {
+        let cloud = self.cloud(spacing);
+        places.par_iter().map(|x| cloud.fit_at(x)).collect()
     }
 
     /// The particles in the undeformed body, where points find them.

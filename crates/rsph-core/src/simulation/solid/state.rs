@@ -9,7 +9,9 @@ use crate::tensor::Vec3;
 
 /// Puts it into `state`.
 pub(super) fn save(solid: &Solid, state: &mut State) {
-    state.put_matrices("body/laid_at", &solid.laid_at);
+    if !solid.laid_at.is_empty() {
+        state.put_matrices("body/laid_at", &solid.laid_at);
+    }
     if let Matter::Paper(paper) = &solid.matter {
         state.put_vectors("body/listed_at", paper.listed_at());
     }
@@ -48,7 +50,10 @@ pub(super) fn restore(solid: &mut Solid, state: &State, particles: &Particles) -
         solid.probed = reference.share();
         solid.surface.1 = reference.share();
     }
-    solid.laid_at = state.matrices("body/laid_at", n)?;
+    // Empty where remeshing does not go by the strain.
+    if !solid.laid_at.is_empty() {
+        solid.laid_at = state.matrices("body/laid_at", n)?;
+    }
     if let (Matter::Paper(paper), true) = (&mut solid.matter, state.has("body/listed_at")) {
         let count = state.real("body/listed_at")?.len() / 3;
         if count != 0 {

@@ -76,6 +76,14 @@ pub fn visit_steps(
     Ok(reader.count)
 }
 
+/// Reads one field of one step of the file at `path`.
+///
+/// # Errors
+/// As [`read_step`], and when there is no such field.
+pub fn read_field(path: &Path, step: usize, name: &str) -> Result<PointField, VtkHdfError> {
+    Reader::open(path).and_then(|r| r.read_field(step, name)).map_err(|e| e.at(path))
+}
+
 /// A problem and its remedy, not yet tied to a path.
 struct Problem(String, String);
 
@@ -161,12 +169,7 @@ impl Reader {
             ));
         }
         let step = step.unwrap_or(self.count - 1);
-        if step >= self.count {
-            return Err(Problem(
-                format!("has no step {step}"),
-                format!("choose a step from 0 to {}", self.count - 1),
-            ));
-        }
+        self.check_step(step)?;
         let part = self.part(step)?;
         let n = self.number(&self.root, "NumberOfPoints", part)?;
         let start = self.number(&self.steps, "PointOffsets", step)?;
@@ -177,14 +180,8 @@ impl Reader {
         }
 
         let mut fields = Vec::new();
-        let (data, offsets) = (self.root.group("PointData")?, self.steps.group("PointDataOffsets").ok());
-        for name in data.member_names()? {
-            let start = match &offsets {
-                Some(g) if g.link_exists(&name) => self.number(g, &name, step)?,
-                _ => start,
-            };
-            let (components, values) = self.table(&data, &name, span(start, n)?)?;
-            fields.push(PointField { name, components, values });
+        for name in self.root.group("PointData")?.member_names()? {
+            fields.push(self.field(name, step, start, n)?);
         }
 
         let frame = PolyData {
@@ -195,6 +192,37 @@ impl Reader {
         };
         frame.check().map_err(damaged)?;
         Ok(frame)
+    }
+
+    fn check_step(&self, step: usize) -> Result<(), Problem> {
+        if step < self.count {
+            return Ok(());
+        }
+        Err(Problem(
+            format!("has no step {step}"),
+            format!("choose a step from 0 to {}", self.count.saturating_sub(1)),
+        ))
+    }
+
+    fn read_field(&self, step: usize, name: &str) -> Result<PointField, Problem> {
+        self.check_step(step)?;
+        let n = self.number(&self.root, "NumberOfPoints", self.part(step)?)?;
+        let start = self.number(&self.steps, "PointOffsets", step)?;
+        let there = self.root.group("PointData")?.member_names()?;
+        if !there.iter().any(|t| t == name) {
+            return Err(Problem(format!("has no field `{name}`"), format!("it has {}", there.join(", "))));
+        }
+        self.field(name.into(), step, start, n)
+    }
+
+    /// A field of a step whose `n` points begin at `start`.
+    fn field(&self, name: String, step: usize, start: usize, n: usize) -> Result<PointField, Problem> {
+        let start = match self.steps.group("PointDataOffsets") {
+            Ok(g) if g.link_exists(&name) => self.number(&g, &name, step)?,
+            _ => start,
+        };
+        let (components, values) = self.table(&self.root.group("PointData")?, &name, span(start, n)?)?;
+        Ok(PointField { name, components, values })
     }
 
     fn cells(&self, step: usize, part: usize, points: usize) -> Result<Cells, Problem> {

@@ -1,0 +1,75 @@
+//! Segmentations of CT and MR images, in which numbers stand for organs. One format a file.
+
+mod header;
+mod nifti;
+
+use rsph_core::shape::{Placement, Run};
+use rsph_core::tensor::{Mat3, Vec3};
+use std::path::{Path, PathBuf};
+
+/// A segmentation that can not be read, or does not hold what is asked for.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {problem}; {remedy}", path.display())]
+pub struct LabelMapError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong.
+    pub problem: String,
+    /// What to do about it.
+    pub remedy: String,
+}
+
+/// The voxels of one label.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Labelled {
+    /// The voxels.
+    pub runs: Vec<Run>,
+    /// Size of the image.
+    pub size: [usize; 3],
+    /// Where it is, in the units of the file.
+    pub placement: Placement,
+    /// From these units to metres.
+    pub metres: f64,
+}
+
+/// Which axes a body gets.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Axes {
+    /// Those of the image.
+    #[default]
+    Image,
+    /// From a patient's (x to the right, y to the front, z up) to those of organs: x to the left, y up, z to
+    /// the front.
+    Organ,
+}
+
+impl Labelled {
+    /// Where the image is in metres, or in units of which `scale` make one of the file's.
+    pub fn placement(&self, scale: Option<f64>, axes: Axes) -> Placement {
+        let scale = scale.unwrap_or(self.metres);
+        let turn = match axes {
+            Axes::Image => Mat3::identity(),
+            Axes::Organ => Mat3::from_columns(&[-Vec3::x(), Vec3::z(), Vec3::y()]),
+        };
+        Placement { axes: turn * self.placement.axes * scale, origin: turn * self.placement.origin * scale }
+    }
+}
+
+/// The voxels of the number `label` in the NIfTI file `path` (`.nii` or `.nii.gz`).
+///
+/// # Errors
+/// A file that can not be read, is broken, has more than three dimensions, or holds no such voxel.
+pub fn read_label(path: &Path, label: u32) -> Result<Labelled, LabelMapError> {
+    nifti::read(path, label).map_err(|Problem(problem, remedy)| LabelMapError {
+        path: path.into(),
+        problem,
+        remedy,
+    })
+}
+
+/// What is wrong, and what to do about it.
+struct Problem(String, String);
+
+fn broken(what: impl Into<String>) -> Problem {
+    Problem(what.into(), "export the segmentation again, as one NIfTI file (.nii or .nii.gz)".into())
+}

@@ -1,0 +1,106 @@
+//! NIfTI files, plain or compressed, read row by row: an image is never in memory as a whole.
+
+use super::header::{Header, SIZES, kind, understand};
+use super::{Labelled, Problem, broken};
+use flate2::read::MultiGzDecoder;
+use rsph_core::shape::Run;
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+/// Labels that a message lists.
+const LISTED: usize = 20;
+/// The first bytes of a file compressed by gzip.
+const GZIP: [u8; 2] = [0x1f, 0x8b];
+
+/// The voxels of `label` in the file.
+pub fn read(path: &Path, label: u32) -> Result<Labelled, Problem> {
+    let unreadable = |e: &io::Error| {
+        let remedy = match e.kind() {
+            io::ErrorKind::NotFound => "check the path; a relative one in a scenario starts beside its file",
+            _ => "check the file and its permissions",
+        };
+        Problem(format!("cannot be read: {e}"), remedy.into())
+    };
+    let info = std::fs::metadata(path).map_err(|e| unreadable(&e))?;
+    if !info.is_file() {
+        return Err(Problem("is not a regular file".into(), "give the path of a NIfTI file".into()));
+    }
+    let mut file = File::open(path).map_err(|e| unreadable(&e))?;
+    let mut start = Vec::new();
+    (&mut file).take(2).read_to_end(&mut start).map_err(|e| unreadable(&e))?;
+    file.seek(SeekFrom::Start(0)).map_err(|e| unreadable(&e))?;
+    let file = BufReader::with_capacity(1 << 16, file);
+    if start == GZIP {
+        voxels(&mut BufReader::with_capacity(1 << 16, MultiGzDecoder::new(file)), None, label)
+    } else {
+        voxels(&mut { file }, Some(info.len()), label)
+    }
+}
+
+/// The voxels of `label` in a stream of `length` bytes, if that is known.
+fn voxels(stream: &mut dyn Read, length: Option<u64>, label: u32) -> Result<Labelled, Problem> {
+    let header = header(stream)?;
+    let [nx, ny, nz] = header.size;
+    let row_bytes = nx * header.number.bytes();
+    // Sizes are below 1e5 each, so that this fits.
+    let needed = header.offset + (row_bytes as u64) * (ny as u64) * (nz as u64);
+    if let Some(length) = length.filter(|length| *length < needed) {
+        return Err(broken(format!(
+            "ends too early: an image of {nx} x {ny} x {nz} voxels needs {needed} bytes, the file has {length}"
+        )));
+    }
+    let mut row = vec![0; row_bytes];
+    let mut runs: Vec<Run> = Vec::new();
+    let mut seen = BTreeSet::new();
+    let (slope, intercept) = header.scaling;
+    for k in 0..nz {
+        for j in 0..ny {
+            stream.read_exact(&mut row).map_err(|e| {
+                broken(format!("ends or breaks in slice {k} of {nz}, where voxels should be: {e}"))
+            })?;
+            let mut inside: Option<Run> = None;
+            for (i, bytes) in row.chunks_exact(header.number.bytes()).enumerate() {
+                let value = slope * header.number.read(bytes, header.big_endian) + intercept;
+                if (value - f64::from(label)).abs() < 0.5 {
+                    inside.get_or_insert(Run { start: [i, j, k], length: 0 }).length += 1;
+                    continue;
+                }
+                runs.extend(inside.take());
+                if seen.len() < LISTED && value.is_finite() && value != 0.0 {
+                    seen.insert(value.round() as i64);
+                }
+            }
+            runs.extend(inside);
+        }
+    }
+    if runs.is_empty() {
+        let list: Vec<String> = seen.iter().map(ToString::to_string).collect();
+        let remedy = match (list.is_empty(), seen.len() < LISTED) {
+            (true, _) => "the image is empty".into(),
+            (false, true) => format!("it has the labels {}", list.join(", ")),
+            (false, false) => format!("it has the labels {}, ...", list.join(", ")),
+        };
+        return Err(Problem(format!("no voxel has the label {label}"), remedy));
+    }
+    Ok(Labelled { runs, size: header.size, placement: header.placement, metres: header.metres })
+}
+
+/// Reads the header and what lies between it and the voxels.
+fn header(stream: &mut dyn Read) -> Result<Header, Problem> {
+    let short = |e: io::Error| broken(format!("is no NIfTI file: {e}"));
+    let mut bytes = vec![0; 4];
+    stream.read_exact(&mut bytes).map_err(short)?;
+    let start = [bytes[0], bytes[1], bytes[2], bytes[3]];
+    let size = kind(start).map_or(SIZES[0], |(size, _)| size);
+    bytes.resize(size, 0);
+    stream.read_exact(&mut bytes[4..]).map_err(short)?;
+    let header = understand(&bytes)?;
+    let between = header.offset.saturating_sub(size as u64);
+    let skipped = io::copy(&mut stream.take(between), &mut io::sink()).map_err(short)?;
+    if skipped < between {
+        return Err(broken("ends before its first voxel"));
+    }
+    Ok(header)
+}
