@@ -23,7 +23,7 @@ use std::sync::Arc;
 use sweeps::{Spread, undeformed};
 
 /// Particles that one partial sum covers: fixed, so that sums do not depend on the thread count.
-const PARTICLES_A_SUM: usize = 1024;
+const PARTICLES_A_SUM: usize = 512;
 
 /// A solid body on its lattice.
 #[derive(Clone, Debug)]
