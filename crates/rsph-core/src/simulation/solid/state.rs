@@ -18,7 +18,7 @@ pub(super) fn save(solid: &Solid, state: &mut State) {
     if let Some((time, u)) = &solid.laid_with {
         state.put_whole("body/nodes", solid.laid.nodes.as_flattened());
         state.put("body/laid_time", [*time]);
-        state.put("body/laid_displacement", u.values());
+        state.share("body/laid_displacement", u.share());
     }
 }
 
