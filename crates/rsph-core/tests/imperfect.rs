@@ -19,7 +19,8 @@ fn ball(centre: [f64; 3]) -> TriangleMesh {
 }
 
 fn without(mesh: &TriangleMesh, drop: impl Fn([Vec3; 3]) -> bool) -> TriangleMesh {
-    let triangles = (0..mesh.triangles.len()).filter(|&t| !drop(mesh.corners(t))).map(|t| mesh.triangles[t]).collect();
+    let triangles =
+        (0..mesh.triangles.len()).filter(|&t| !drop(mesh.corners(t))).map(|t| mesh.triangles[t]).collect();
     TriangleMesh { vertices: mesh.vertices.clone(), triangles }
 }
 
@@ -74,7 +75,8 @@ fn a_closed_surface_winds_once_around_its_inside() {
     let surface = field(kidney.surface());
     let (low, size) = (kidney.bounds().min, kidney.bounds().size());
     for q in 0..125 {
-        let x = low + Vec3::new((q % 5) as f64, (q / 5 % 5) as f64, (q / 25) as f64).component_mul(&size) * 0.25;
+        let x =
+            low + Vec3::new((q % 5) as f64, (q / 5 % 5) as f64, (q / 25) as f64).component_mul(&size) * 0.25;
         let distance = kidney.signed_distance(&x);
         if distance.abs() > 1e-6 {
             let exact = f64::from(u8::from(distance < 0.0));
@@ -115,7 +117,10 @@ fn a_cube_without_a_face_is_a_cube() {
     assert_eq!((repair.open_edges, repair.parts), (4, 1));
     // A sixth of its surface was missing, and the middle of the missing face is half an edge away from the others.
     assert!((repair.made_up - 1.0 / 6.0).abs() < 0.01, "{repair:?}");
-    assert!((repair.gap - 0.5).abs() < 0.01 && (repair.gap_at - Vec3::new(0.5, 0.5, 1.0)).norm() < 0.02, "{repair:?}");
+    assert!(
+        (repair.gap - 0.5).abs() < 0.01 && (repair.gap_at - Vec3::new(0.5, 0.5, 1.0)).norm() < 0.02,
+        "{repair:?}"
+    );
     assert!((0.15..0.3).contains(&repair.uncertain), "{repair:?}");
     assert!(repair.between[0] < shape.volume() && shape.volume() < repair.between[1] + 1e-3, "{repair:?}");
     assert!(notes[0].contains("guess"), "{notes:?}");
@@ -127,7 +132,9 @@ fn half_a_sphere_leaves_too_much_open() {
     assert!(error.problem.contains("96 open edges") && error.problem.contains("too wide"), "{error}");
     // With a lid nearly as wide, it is half a ball.
     let lid = |radius: f64| {
-        let rim = (0..96).map(|i| TAU * f64::from(i) / 96.0).map(|a| Vec3::new(radius * a.cos(), radius * a.sin(), 0.0));
+        let rim = (0..96)
+            .map(|i| TAU * f64::from(i) / 96.0)
+            .map(|a| Vec3::new(radius * a.cos(), radius * a.sin(), 0.0));
         let vertices = rim.chain([Vec3::zeros()]).collect();
         TriangleMesh { vertices, triangles: (0..96).map(|i| [96, (i + 1) % 96, i]).collect() }
     };
@@ -148,7 +155,12 @@ fn overlapping_balls_are_their_union_whatever_is_wrong_with_them() {
     let lens = 8.0 / 3.0 * PI - exact;
     let holed = without(&b, |t| t.iter().all(|v| v.z > 0.98));
     let turned = TriangleMesh {
-        triangles: b.triangles.iter().enumerate().map(|(t, &[p, q, r])| if t % 3 == 0 { [p, r, q] } else { [p, q, r] }).collect(),
+        triangles: b
+            .triangles
+            .iter()
+            .enumerate()
+            .map(|(t, &[p, q, r])| if t % 3 == 0 { [p, r, q] } else { [p, q, r] })
+            .collect(),
         ..b.clone()
     };
     let again = TriangleMesh { triangles: [&b.triangles[..], &b.triangles[..40]].concat(), ..b.clone() };
@@ -165,7 +177,11 @@ fn overlapping_balls_are_their_union_whatever_is_wrong_with_them() {
         assert!((repair.overlapping - lens / exact).abs() < 2e-3, "{what}: {repair:?}");
         assert_eq!(shape.surface().components(), 1, "{what}");
         assert!(repair.made_up < 0.01 && repair.uncertain < 0.01, "{what}: {repair:?}");
-        assert_eq!(notes.iter().any(|n| n.contains("inside out")), what.contains("inside out"), "{what}: {notes:?}");
+        assert_eq!(
+            notes.iter().any(|n| n.contains("inside out")),
+            what.contains("inside out"),
+            "{what}: {notes:?}"
+        );
     }
 }
 
@@ -180,7 +196,8 @@ fn a_surface_that_crosses_itself_is_filled_once() {
             Vec3::new(r * angle.cos(), r * angle.sin(), z)
         })
     };
-    let vertices = rim(0.0).chain(rim(1.0)).chain([Vec3::new(0.25, 0.0, 0.0), Vec3::new(0.25, 0.0, 1.0)]).collect();
+    let vertices =
+        rim(0.0).chain(rim(1.0)).chain([Vec3::new(0.25, 0.0, 0.0), Vec3::new(0.25, 0.0, 1.0)]).collect();
     let triangles = (0..n)
         .flat_map(|i| {
             let j = (i + 1) % n;
@@ -200,7 +217,9 @@ fn a_second_layer_changes_nothing() {
     // A capsule, and over most of it sheets as published organs have them: a bowl, turned inside out, and patches.
     let grid = Grid { origin: Vec3::repeat(-1.3), spacing: 0.05, cells: [52; 3] };
     let phi = |centre: Vec3| -> Vec<f64> {
-        (0..grid.len()).map(|q| (grid.centre([q % 52, q / 52 % 52, q / 2704]) - centre).norm() - 1.0).collect()
+        (0..grid.len())
+            .map(|q| (grid.centre([q % 52, q / 52 % 52, q / 2704]) - centre).norm() - 1.0)
+            .collect()
     };
     let capsule = without(&zero_level_set(&grid, &phi(Vec3::zeros())), |t| t.iter().all(|v| v.x > 0.97));
     let bowl = without(&ball([0.0, 0.0, 0.003]), |t| t.iter().all(|v| v.z > 0.2));

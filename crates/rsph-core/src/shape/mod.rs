@@ -75,6 +75,11 @@ pub trait Shape: Debug + Send + Sync {
         false
     }
 
+    /// How the given surface became this one, if it was open or overlapped itself.
+    fn repair(&self) -> Option<&Repair> {
+        None
+    }
+
     /// Inside fractions (0 to 1) of all cells of a grid, x fastest.
     fn fill(&self, grid: &Grid) -> Vec<f64>;
 }

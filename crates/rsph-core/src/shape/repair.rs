@@ -113,10 +113,12 @@ pub(super) fn repaired(parts: &Parts) -> Found {
     let (surface, dropped) = without_crumbs(&sampled.surface());
     let spacing = sampled.grid.spacing;
     let volume = surface.volume();
-    let Some((made_up, gap_at, gap)) = far_from(&parts.mesh, &surface, spacing).filter(|_| volume > 0.0) else {
+    let Some((made_up, gap_at, gap)) = far_from(&parts.mesh, &surface, spacing).filter(|_| volume > 0.0)
+    else {
         return Found::Nothing;
     };
-    let layered = (0..weights.len()).filter(|&t| weights[t] < 1.0).map(|t| parts.mesh.triangle_area(t));
+    let in_layers = (0..weights.len()).filter(|&t| weights[t] < 1.0);
+    let layered = in_layers.fold(0.0, |sum, t| sum + parts.mesh.triangle_area(t));
     let repair = Repair {
         open_edges: parts.mesh.open_edges().len(),
         parts: parts.count(),
@@ -125,7 +127,7 @@ pub(super) fn repaired(parts: &Parts) -> Found {
         between,
         uncertain,
         overlapping: sampled.volume_above(1.0 + LEVEL) / inside,
-        layered: layered.sum::<f64>() / parts.mesh.area(),
+        layered: layered / parts.mesh.area(),
         made_up,
         gap_at,
         gap,
@@ -146,7 +148,7 @@ fn without_crumbs(surface: &TriangleMesh) -> (TriangleMesh, (usize, f64)) {
     let least = LEAST_PIECE * volumes.iter().copied().fold(0.0, f64::max);
     let small: Vec<f64> = volumes.iter().copied().filter(|v| v.abs() < least).collect();
     let kept = surface.retain(|t| volumes[piece_of[t]].abs() >= least);
-    (kept, (small.len(), small.iter().map(|v| v.abs()).sum()))
+    (kept, (small.len(), small.iter().fold(0.0, |sum, v| sum + v.abs())))
 }
 
 /// Share of a surface that is farther than `reach` from the given one, and the farthest vertex with its distance.
@@ -158,8 +160,9 @@ fn far_from(given: &TriangleMesh, surface: &TriangleMesh, reach: f64) -> Option<
         (given.project_local_point(p, false).point - p).length()
     };
     let distances: Vec<f64> = surface.vertices.par_iter().map(distance).collect();
-    let far = |t: &usize| surface.triangles[*t].iter().map(|&v| distances[v as usize]).sum::<f64>() > 3.0 * reach;
-    let far: f64 = (0..surface.triangles.len()).filter(far).map(|t| surface.triangle_area(t)).sum();
+    let far =
+        |t: &usize| surface.triangles[*t].iter().map(|&v| distances[v as usize]).sum::<f64>() > 3.0 * reach;
+    let far = (0..surface.triangles.len()).filter(far).fold(0.0, |sum, t| sum + surface.triangle_area(t));
     let farthest = (0..distances.len()).max_by(|&a, &b| distances[a].total_cmp(&distances[b]))?;
     Some((far / surface.area(), surface.vertices[farthest], distances[farthest]))
 }

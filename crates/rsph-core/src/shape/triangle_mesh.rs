@@ -32,7 +32,7 @@ pub struct MeshShape {
 impl MeshShape {
     /// The body inside of `mesh`, and what was changed about the mesh, one sentence each. Vertices at equal positions
     /// are merged, triangles that occur twice count once, and what is turned inside out is turned round. A surface that
-    /// is still not closed becomes a body by its winding number ([`MeshShape::repair`]). `name` is what messages
+    /// is still not closed becomes a body by its winding number ([`Shape::repair`]). `name` is what messages
     /// and summaries call it, e.g. `mesh liver.stl`.
     ///
     /// # Errors
@@ -105,14 +105,20 @@ impl MeshShape {
             )
         };
         if !may_repair {
-            return refuse(open, "allow `repair = true`, or close the holes in a mesh editor (MeshLab, Blender, Meshmixer)");
+            return refuse(
+                open,
+                "allow `repair = true`, or close the holes in a mesh editor (MeshLab, Blender, Meshmixer)",
+            );
         }
-        let remedy = "close the holes in a mesh editor (MeshLab, Blender, Meshmixer), or give the rest of the surface";
+        let remedy =
+            "close the holes in a mesh editor (MeshLab, Blender, Meshmixer), or give the rest of the surface";
         let (surface, repair) = match repair::repaired(&parts) {
             Found::Body(surface, repair) => (surface, repair),
             Found::Nothing => {
                 return refuse(
-                    format!("{open}; it encloses nothing: nowhere does it wind around more than half of the directions"),
+                    format!(
+                        "{open}; it encloses nothing: nowhere does it wind around more than half of the directions"
+                    ),
                     remedy,
                 );
             }
@@ -132,11 +138,6 @@ impl MeshShape {
             Some(shape) => Ok((Self { repair: Some(repair), ..shape }, notes)),
             None => refuse(open, remedy),
         }
-    }
-
-    /// How the surface was made whole and how sure that is; `None` for one that was closed.
-    pub fn repair(&self) -> Option<&Repair> {
-        self.repair.as_ref()
     }
 
     /// From a surface known to be closed, finite and outward; `None` if it is empty.
@@ -222,6 +223,10 @@ impl Shape for MeshShape {
 
     fn surface(&self) -> &TriangleMesh {
         &self.surface
+    }
+
+    fn repair(&self) -> Option<&Repair> {
+        self.repair.as_ref()
     }
 
     fn fill(&self, grid: &Grid) -> Vec<f64> {

@@ -13,8 +13,7 @@ pub(super) struct Moments {
     second: [Mat3; 3],
 }
 
-/// Moments as the far field needs them: Eq. (18) of Barill et al. (2018) with the symmetries of the derivatives
-/// of r/|r|^3 used up.
+/// Moments as the far field needs them: the symmetries of the derivatives of r/|r|^3 used up.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct FarField {
     dipole: Vec3,

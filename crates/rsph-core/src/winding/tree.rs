@@ -149,7 +149,10 @@ mod tests {
             for i in node.items.0..node.items.1 {
                 seen[tree.number[i]] += usize::from(node.is_leaf);
                 for c in tree.corners[i] {
-                    assert!(c.inf(&node.bounds.min) == node.bounds.min && c.sup(&node.bounds.max) == node.bounds.max);
+                    assert!(
+                        c.inf(&node.bounds.min) == node.bounds.min
+                            && c.sup(&node.bounds.max) == node.bounds.max
+                    );
                 }
             }
         }

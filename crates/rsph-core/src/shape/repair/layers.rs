@@ -24,13 +24,15 @@ pub(super) fn weights(parts: &Parts, tree: &TriangleTree, reach: f64) -> Vec<f64
     let weight = |covering: &mut Vec<usize>, t: usize| {
         let corners = mesh.corners(t);
         let middle = corners.iter().sum::<Vec3>() / 3.0;
-        let points = [middle, 0.5 * (middle + corners[0]), 0.5 * (middle + corners[1]), 0.5 * (middle + corners[2])];
+        let points =
+            [middle, 0.5 * (middle + corners[0]), 0.5 * (middle + corners[1]), 0.5 * (middle + corners[2])];
         let step = reach * normals[t];
         let at = |covering: &mut Vec<usize>, x: &Vec3| {
             covering.clear();
             tree.passages(&(x - step), &(2.0 * step), effort, |other, _| {
                 let part = parts.of[other];
-                if part != parts.of[t] && normals[other].dot(&normals[t]) > AGREE && !covering.contains(&part) {
+                if part != parts.of[t] && normals[other].dot(&normals[t]) > AGREE && !covering.contains(&part)
+                {
                     covering.push(part);
                 }
             });
@@ -67,6 +69,9 @@ mod tests {
         assert_eq!(weights_of(&[sheet(0.0, true), sheet(0.05, true)]), [0.5, 0.5]);
         assert_eq!(weights_of(&[sheet(0.0, true), sheet(0.05, false)]), [1.0, 1.0]);
         assert_eq!(weights_of(&[sheet(0.0, true), sheet(0.2, true)]), [1.0, 1.0]);
-        assert_eq!(weights_of(&[sheet(0.0, true), sheet(0.05, true), sheet(-0.05, true)]), [1.0 / 3.0, 0.5, 0.5]);
+        assert_eq!(
+            weights_of(&[sheet(0.0, true), sheet(0.06, true), sheet(-0.06, true)]),
+            [1.0 / 3.0, 0.5, 0.5]
+        );
     }
 }

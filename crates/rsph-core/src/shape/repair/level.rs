@@ -44,8 +44,10 @@ pub(super) fn lattice(bounds: &Bounds, most_cells: usize) -> Grid {
 pub(super) fn affordable_cells(field: &WindingField, bounds: &Bounds) -> usize {
     let probe = lattice(bounds, 1_000);
     let each = (probe.len() / 100).max(1);
-    let efforts: Vec<usize> =
-        (0..probe.len()).step_by(each).map(|q| field.at_with_effort(&probe.centre(place(&probe, q))).1).collect();
+    let efforts: Vec<usize> = (0..probe.len())
+        .step_by(each)
+        .map(|q| field.at_with_effort(&probe.centre(place(&probe, q))).1)
+        .collect();
     let mean = efforts.iter().sum::<usize>() / efforts.len().max(1);
     (EFFORT / mean.max(1)).clamp(LEAST_CELLS, MOST_CELLS)
 }

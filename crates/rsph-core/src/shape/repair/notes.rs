@@ -99,7 +99,11 @@ fn point(x: &Vec3) -> String {
 /// A number of four digits.
 fn short(x: f64) -> String {
     let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
-    if rounded != 0.0 && !(1e-4..1e6).contains(&rounded.abs()) { format!("{rounded:e}") } else { rounded.to_string() }
+    if rounded != 0.0 && !(1e-4..1e6).contains(&rounded.abs()) {
+        format!("{rounded:e}")
+    } else {
+        rounded.to_string()
+    }
 }
 
 #[cfg(test)]
@@ -123,7 +127,14 @@ mod tests {
             dropped: (13, 6.3e-9),
         };
         let text = repair.notes("mesh a.stl").join("\n");
-        for part in ["7 open edges, 2 parts", "0.4 % of the body", "0.002147", "(-0.02182, 0.3139, -0.056)", "13 small", "6.3e-9"] {
+        for part in [
+            "7 open edges, 2 parts",
+            "0.4 % of the body",
+            "0.002147",
+            "(-0.02182, 0.3139, -0.056)",
+            "13 small",
+            "6.3e-9",
+        ] {
             assert!(text.contains(part), "{part}: {text}");
         }
         assert!(!text.contains("guess"));

@@ -24,7 +24,8 @@ impl Parts {
     pub(super) fn of(surface: &TriangleMesh) -> Self {
         let (mesh, repeated) = without_repeats(surface);
         let links = links(&mesh);
-        let mut parts = Self { of: vec![usize::MAX; links.len()], mesh, closed: Vec::new(), repeated, turned: 0 };
+        let mut parts =
+            Self { of: vec![usize::MAX; links.len()], mesh, closed: Vec::new(), repeated, turned: 0 };
         let mut turn = vec![false; links.len()];
         let mut members = Vec::new();
         for first in 0..links.len() {
@@ -191,7 +192,9 @@ mod tests {
     fn a_moebius_strip_is_not_closed() {
         // Five triangles around, each sharing edges with the next two.
         let mesh = TriangleMesh {
-            vertices: (0..5).map(|i| Vec3::new(f64::from(i).cos(), f64::from(i).sin(), f64::from(i % 2))).collect(),
+            vertices: (0..5)
+                .map(|i| Vec3::new(f64::from(i).cos(), f64::from(i).sin(), f64::from(i % 2)))
+                .collect(),
             triangles: (0..5).map(|i| [i, (i + 1) % 5, (i + 2) % 5]).collect(),
         };
         let parts = Parts::of(&mesh);

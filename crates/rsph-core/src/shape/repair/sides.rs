@@ -57,8 +57,8 @@ struct Lines {
     meeting: f64,
 }
 
-/// For each part, whether it is to be turned round. Sheets nearer than `reach` lie on each other. A surface whose largest
-/// part is wrong is taken to be inside out as a whole, so that its cavities stay cavities.
+/// For each part, whether it is to be turned round. Sheets nearer than `reach` lie on each other. A surface of which
+/// most is wrong is taken to be inside out as a whole, so that its cavities stay cavities.
 pub(super) fn wrong_parts(parts: &Parts, reach: f64) -> Vec<bool> {
     let members = members(parts);
     let area: Vec<f64> = members.iter().map(|m| m.last().map_or(0.0, |last| last.1)).collect();
@@ -69,7 +69,8 @@ pub(super) fn wrong_parts(parts: &Parts, reach: f64) -> Vec<bool> {
     let mut order: Vec<usize> = (0..parts.count()).collect();
     order.sort_by(|&a, &b| area[b].total_cmp(&area[a]).then(a.cmp(&b)));
     let lines = (ALL_LINES / parts.count()).clamp(LINES.0, LINES.1);
-    let probe = Probe { parts, tree: &TriangleTree::new(&parts.mesh), normals: normals(&parts.mesh), reach, lines };
+    let probe =
+        Probe { parts, tree: &TriangleTree::new(&parts.mesh), normals: normals(&parts.mesh), reach, lines };
     // Whether part p is wrong, when all have been turned or not.
     let is_wrong = |p: usize, turned: bool| {
         let side = if turned { -1.0 } else { 1.0 };
@@ -83,10 +84,16 @@ pub(super) fn wrong_parts(parts: &Parts, reach: f64) -> Vec<bool> {
         let found = probe.lines(&members[p], side);
         found.count > 1.0 && found.passages.is_negative(found.count) && found.parity.is_negative(found.count)
     };
-    let all = order.first().is_some_and(|&p| is_wrong(p, false));
-    let mut wrong = vec![all; parts.count()];
     let judged = &order[..order.len().min(ALL_LINES / lines)];
-    for (&p, other) in judged.iter().zip(judged.par_iter().map(|&p| is_wrong(p, all)).collect::<Vec<_>>()) {
+    let judge = |turned: bool| judged.par_iter().map(|&p| is_wrong(p, turned)).collect::<Vec<_>>();
+    let found = judge(false);
+    let area_of = |which: bool| -> f64 {
+        (0..judged.len()).filter(|&i| found[i] == which).map(|i| area[judged[i]]).sum()
+    };
+    let all = area_of(true) > area_of(false);
+    let found = if all { judge(true) } else { found };
+    let mut wrong = vec![all; parts.count()];
+    for (&p, other) in judged.iter().zip(found) {
         wrong[p] = all != other;
     }
     wrong
@@ -144,7 +151,14 @@ impl Probe<'_> {
 
     /// Sheets that a half-line from triangle `t` passes through, and whether any is of another part; nothing if that
     /// takes too long.
-    fn passages(&self, t: usize, start: &Vec3, along: &Vec3, length: f64, met: &mut Vec<(f64, usize)>) -> Option<(usize, bool)> {
+    fn passages(
+        &self,
+        t: usize,
+        start: &Vec3,
+        along: &Vec3,
+        length: f64,
+        met: &mut Vec<(f64, usize)>,
+    ) -> Option<(usize, bool)> {
         met.clear();
         let all = self.tree.passages(start, &(length * along), EFFORT, |other, at| {
             if other != t {
@@ -205,6 +219,8 @@ fn about(normal: &Vec3, c: f64, d: f64) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grid::Grid;
+    use crate::marching_cubes::zero_level_set;
     use crate::shape::{BoxShape, Shape, SphereShape};
     use approx::assert_relative_eq;
 
@@ -256,13 +272,21 @@ mod tests {
 
     #[test]
     fn every_triangle_of_a_loose_soup_is_turned_outward() {
-        let mesh = ball(1.0);
-        let loose = TriangleMesh {
-            vertices: (0..mesh.triangles.len()).flat_map(|t| mesh.corners(t).map(|v| v * (1.0 + 1e-6 * t as f64))).collect(),
-            triangles: (0..mesh.triangles.len() as u32)
-                .map(|t| if t % 3 == 0 { [3 * t, 3 * t + 2, 3 * t + 1] } else { [3 * t, 3 * t + 1, 3 * t + 2] })
-                .collect(),
-        };
+        let grid = Grid { origin: Vec3::repeat(-1.2), spacing: 0.2, cells: [12; 3] };
+        let phi: Vec<f64> =
+            (0..grid.len()).map(|q| grid.centre([q % 12, q / 12 % 12, q / 144]).norm() - 1.0).collect();
+        let mesh = zero_level_set(&grid, &phi);
+        let loose =
+            TriangleMesh {
+                vertices: (0..mesh.triangles.len())
+                    .flat_map(|t| mesh.corners(t).map(|v| v * (1.0 + 1e-6 * t as f64)))
+                    .collect(),
+                triangles: (0..mesh.triangles.len() as u32)
+                    .map(|t| {
+                        if t % 3 == 0 { [3 * t, 3 * t + 2, 3 * t + 1] } else { [3 * t, 3 * t + 1, 3 * t + 2] }
+                    })
+                    .collect(),
+            };
         let wrong = wrong(&loose);
         assert_eq!(wrong.len(), mesh.triangles.len());
         assert!(wrong.iter().enumerate().all(|(t, wrong)| *wrong == (t % 3 == 0)));
@@ -271,10 +295,15 @@ mod tests {
     #[test]
     fn a_wall_in_a_cleft_stays_as_it_is() {
         // A bowl between two long boxes: in front of it, lines pass through both walls of a box.
-        let slab = |x: f64| BoxShape::new(Vec3::new(0.4, 4.0, 4.0), Vec3::new(x, -2.0, 0.0)).unwrap().surface().clone();
-        let floor = BoxShape::new(Vec3::new(2.0, 4.0, 1.0), Vec3::new(-1.0, -2.0, -1.0)).unwrap().surface().clone();
+        let slab = |x: f64| {
+            BoxShape::new(Vec3::new(0.4, 4.0, 4.0), Vec3::new(x, -2.0, 0.0)).unwrap().surface().clone()
+        };
+        let floor =
+            BoxShape::new(Vec3::new(2.0, 4.0, 1.0), Vec3::new(-1.0, -2.0, -1.0)).unwrap().surface().clone();
         let lid = TriangleMesh {
-            vertices: [[-0.4, -2.0, 0.01], [0.4, -2.0, 0.01], [0.4, 2.0, 0.01], [-0.4, 2.0, 0.01]].map(Vec3::from).to_vec(),
+            vertices: [[-0.4, -2.0, 0.01], [0.4, -2.0, 0.01], [0.4, 2.0, 0.01], [-0.4, 2.0, 0.01]]
+                .map(Vec3::from)
+                .to_vec(),
             triangles: vec![[0, 1, 2], [0, 2, 3]],
         };
         let all = both(both(both(floor, &slab(-0.9)), &slab(0.5)), &lid);
@@ -284,10 +313,12 @@ mod tests {
     #[test]
     fn lines_fill_the_half_space_by_the_cosine() {
         let normal = Vec3::new(1.0, -2.0, 0.5).normalize();
-        let directions: Vec<Vec3> = (0..2000).map(|n| {
-            let [.., c, d] = quasi_random(n);
-            about(&normal, c, d)
-        }).collect();
+        let directions: Vec<Vec3> = (0..2000)
+            .map(|n| {
+                let [.., c, d] = quasi_random(n);
+                about(&normal, c, d)
+            })
+            .collect();
         let mean = directions.iter().sum::<Vec3>() / 2000.0;
         assert!(directions.iter().all(|d| d.dot(&normal) > 0.0));
         // The mean cosine is 2/3, and no direction within the plane is preferred.
