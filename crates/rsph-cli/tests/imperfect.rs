@@ -3,6 +3,7 @@
 mod common;
 
 use common::Bench;
+use std::fmt::Write as _;
 use std::path::Path;
 
 /// A unit box of 10 cells along each edge as an OBJ, without the triangles that `drop` names.
@@ -21,15 +22,21 @@ fn open_box(drop: impl Fn([f64; 3]) -> bool) -> String {
                     continue;
                 }
                 for [x, y, z] in [point(0.0, 0.0), point(1.0, 0.0), point(1.0, 1.0), point(0.0, 1.0)] {
-                    text += &format!("v {x} {y} {z}\n");
+                    let _ = writeln!(text, "v {x} {y} {z}");
                 }
                 let [a, b, c, d] = [1, 2, 3, 4].map(|k| vertices + k);
-                text += &if turned { format!("f {a} {d} {c} {b}\n") } else { format!("f {a} {b} {c} {d}\n") };
+                let [b, d] = if turned { [d, b] } else { [b, d] };
+                let _ = writeln!(text, "f {a} {b} {c} {d}");
                 vertices += 4;
             }
         }
     }
     text
+}
+
+/// A hole of 4 x 5 cells in the top.
+fn in_the_lid(x: [f64; 3]) -> bool {
+    x[2] > 0.99 && x[0] > 0.3 && x[0] < 0.7 && x[1] < 0.5
 }
 
 const SCENARIO: &str = r#"
@@ -49,8 +56,7 @@ acceleration = [0.0, 0.0, -9.81]
 #[test]
 fn an_open_mesh_runs_to_the_end_and_says_how_sure_its_inside_is() {
     let bench = Bench::new();
-    // Without a part of its top.
-    bench.write("open.obj", open_box(|x| x[2] == 1.0 && x[0] > 0.3 && x[0] < 0.7 && x[1] < 0.5));
+    bench.write("open.obj", open_box(in_the_lid));
     bench.write("case.toml", SCENARIO);
     let done = bench.rsph(&["run", "case.toml", "--output", "o"]);
     assert_eq!(done.code, Some(0), "{}", done.err);
@@ -79,14 +85,14 @@ fn an_open_mesh_runs_to_the_end_and_says_how_sure_its_inside_is() {
 #[test]
 fn a_mesh_is_not_repaired_against_the_users_will_nor_beyond_reason() {
     let bench = Bench::new();
-    bench.write("open.obj", open_box(|x| x[2] == 1.0 && x[0] > 0.3 && x[0] < 0.7 && x[1] < 0.5));
+    bench.write("open.obj", open_box(in_the_lid));
     bench.write("case.toml", SCENARIO);
     let done = bench.rsph(&["run", "case.toml", "--set", "body.shape.mesh.repair=false"]);
     assert_eq!(done.code, Some(2), "{}", done.err);
     assert!(done.err.contains("18 open edges") && done.err.contains("repair = true"), "{}", done.err);
-    for (keep, says) in [(0.95, "encloses nothing"), (0.55, "too wide")] {
-        // Only the bottom, and a tray with low walls.
-        bench.write("open.obj", open_box(|x| x[2] > if keep > 0.9 { 0.01 } else { 0.3 }));
+    // Only the bottom, and a tray with low walls.
+    for (height, says) in [(0.01, "encloses nothing"), (0.3, "too wide")] {
+        bench.write("open.obj", open_box(|x| x[2] > height));
         let done = bench.rsph(&["run", "case.toml"]);
         assert_eq!(done.code, Some(2), "{}", done.err);
         assert!(done.err.contains(says) && done.err.contains("case.toml:3:"), "{says}: {}", done.err);
@@ -97,7 +103,7 @@ fn a_mesh_is_not_repaired_against_the_users_will_nor_beyond_reason() {
 #[test]
 fn info_and_sample_tell_what_was_repaired() {
     let bench = Bench::new();
-    bench.write("open.obj", open_box(|x| x[2] == 1.0 && x[0] > 0.3 && x[0] < 0.7 && x[1] < 0.5));
+    bench.write("open.obj", open_box(in_the_lid));
     let info = bench.rsph(&["info", "open.obj"]);
     assert!(
         info.out.contains("closed: no, 18 open edges") && info.out.contains("body: volume"),

@@ -101,7 +101,9 @@ fn mesh(path: &Path) -> Result<String, Trouble> {
     match MeshShape::new(&mesh, &name) {
         Ok((shape, notes)) if shape.repair().is_some() => {
             let _ = writeln!(text, "body: volume {}", number(shape.volume()));
-            notes.iter().for_each(|note| _ = writeln!(text, "  {note}"));
+            for note in notes {
+                let _ = writeln!(text, "  {note}");
+            }
         }
         Ok(_) => {}
         Err(e) => _ = writeln!(text, "body: none; {}", e.problem),

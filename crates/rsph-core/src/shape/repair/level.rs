@@ -10,8 +10,8 @@ use rayon::prelude::*;
 pub(super) const MOST_CELLS: usize = 1_000_000;
 const MOST_ALONG: f64 = 1_000.0;
 const LEAST_CELLS: usize = 10_000;
-/// Looks at nodes and triangles in all (some ten seconds of a processor).
-const EFFORT: usize = 1_000_000_000;
+/// Looks at nodes and triangles for the cells of the lattice (about three seconds of a processor).
+const EFFORT: usize = 100_000_000;
 /// Empty cells around the surface.
 const MARGIN: usize = 3;
 /// Halvings that look for the surface between two cells.
