@@ -10,4 +10,4 @@ mod shape_of;
 pub mod sink;
 pub mod validation;
 
-pub use lower::Job;
+pub use lower::{Cadence, Job};
