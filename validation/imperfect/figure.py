@@ -19,9 +19,13 @@ def main() -> None:
     titles = ["all triangles as they are", "parts that lie on each other counted once"]
     figure, axes = plt.subplots(1, 2, figsize=(10.5, 3.9), sharey=True, layout="constrained")
     for axis, field, title in zip(axes, fields, titles, strict=True):
-        shown = axis.pcolormesh(100 * x, 100 * y, field, cmap="RdBu_r", vmin=-3.5, vmax=3.5, shading="nearest")
+        shown = axis.pcolormesh(
+            100 * x, 100 * y, field, cmap="RdBu_r", vmin=-3.5, vmax=3.5, shading="nearest"
+        )
         axis.contour(100 * x, 100 * y, field, levels=[0.5], colors="k", linewidths=0.8)
-        axis.contour(100 * x, 100 * y, field, levels=[0.25], colors="0.4", linewidths=0.6, linestyles=":")
+        axis.contour(
+            100 * x, 100 * y, field, levels=[0.25], colors="0.4", linewidths=0.6, linestyles=":"
+        )
         axis.set(title=title, xlabel="x (cm)", aspect="equal")
     axes[0].set_ylabel("y (cm)")
     figure.colorbar(shown, ax=axes, label="winding number", shrink=0.85)
