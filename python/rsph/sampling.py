@@ -76,7 +76,7 @@ class Particles:
         particles: int | None = None,
         scale: float = 1.0,
     ) -> Particles:
-        """Fills a closed triangle mesh.
+        """Fills a triangle mesh; one that is not closed as :class:`rsph.shapes.Mesh` does.
 
         Args:
             vertices: positions, shape (V, 3).

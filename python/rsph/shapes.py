@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import warnings
 from typing import Any, Literal
@@ -70,6 +71,13 @@ class Shape:
     def volume(self) -> float:
         """Enclosed volume (m^3)."""
         return self._shape.volume
+
+    @property
+    def repair(self) -> dict[str, Any] | None:
+        """How the surface of a mesh that was open or overlapped itself was made whole, in the words
+        of ``repair`` in ``summary.json``; None for any other shape."""
+        text = self._shape.repair
+        return None if text is None else dict(json.loads(text))
 
     @property
     def bounds(self) -> npt.NDArray[np.float64]:
@@ -177,16 +185,18 @@ class Organ(Shape):
 
 
 class Mesh(Shape):
-    """The inside of a closed triangle mesh, from a file or from arrays.
+    """The inside of a triangle mesh, from a file or from arrays.
 
-    Equal vertices are made one, and a mesh that is turned inside out is turned round, with an
-    :class:`rsph.RsphWarning`.
+    Equal vertices are made one, and what is turned inside out is turned round, with an
+    :class:`rsph.RsphWarning`. A mesh that is open or overlaps itself becomes a body by its winding
+    number; warnings say how sure that is and where it is not, :attr:`Shape.repair` has the figures.
 
     Args:
         path: an STL, OBJ, PLY or GLB file.
         scale: factor from the units of the mesh to metres (0.001 for a mesh in mm).
         vertices: instead of a path: positions, shape (V, 3).
         triangles: with ``vertices``: vertex indices, outward, shape (T, 3).
+        repair: False refuses a mesh that is not closed.
     """
 
     def __init__(
@@ -196,13 +206,15 @@ class Mesh(Shape):
         scale: float = 1.0,
         vertices: npt.ArrayLike | None = None,
         triangles: npt.ArrayLike | None = None,
+        repair: bool = True,
     ) -> None:
         if path is not None and vertices is None and triangles is None:
-            self._shape = _rsph.Shape.mesh_file(os.fspath(path), scale)
-            self._table = {"mesh": {"path": os.path.abspath(path), "scale": scale}}
+            self._shape = _rsph.Shape.mesh_file(os.fspath(path), scale, repair)
+            words = {"path": os.path.abspath(path), "scale": scale, "repair": repair}
+            self._table = {"mesh": words}
         elif path is None and vertices is not None and triangles is not None:
             points = _table("vertices", vertices, np.float64) * scale
-            self._shape = _rsph.Shape.mesh_arrays(points, _indices(triangles))
+            self._shape = _rsph.Shape.mesh_arrays(points, _indices(triangles), repair)
             self._table = None
         else:
             raise InputError(

@@ -55,12 +55,36 @@ def test_broken_meshes_are_refused():
             shapes.Mesh(vertices=vertices, triangles=triangles)
         return str(e.value)
 
-    assert "open edges" in refused(CUBE_VERTICES, CUBE_TRIANGLES[1:])
+    assert "open edges" in refused(CUBE_VERTICES, CUBE_TRIANGLES[:2])
     assert "-1" in refused(CUBE_VERTICES, CUBE_TRIANGLES.astype(int) - 1)
     assert "not there" in refused(CUBE_VERTICES, CUBE_TRIANGLES + 1)
     assert "shape" in refused(CUBE_VERTICES.T, CUBE_TRIANGLES)
     assert "finite" in refused(np.where(CUBE_VERTICES == 1, np.nan, 0), CUBE_TRIANGLES)
     assert "indices" in refused(CUBE_VERTICES, CUBE_TRIANGLES + 0.5)
+
+
+def test_an_open_mesh_becomes_a_body_and_says_how_sure_it_is():
+    with pytest.warns(rsph.RsphWarning, match="uncertain"):
+        mesh = shapes.Mesh(vertices=CUBE_VERTICES, triangles=CUBE_TRIANGLES[1:])
+    assert mesh.volume == pytest.approx(1, abs=0.02)
+    assert mesh.repair is not None
+    assert mesh.repair["open_edges"] == 3
+    assert 0 < mesh.repair["uncertain"] < 0.2
+    assert mesh.repair["made_up"] == pytest.approx(1 / 12, abs=0.02)
+    assert shapes.Mesh(vertices=CUBE_VERTICES, triangles=CUBE_TRIANGLES).repair is None
+    with pytest.raises(rsph.InputError, match="open edges"):
+        shapes.Mesh(vertices=CUBE_VERTICES, triangles=CUBE_TRIANGLES[1:], repair=False)
+
+
+def test_a_published_liver_of_open_parts():
+    path = ROOT.parent / "shared/data/meshes/VH_F_Liver.glb"
+    if not path.exists():
+        pytest.skip("the meshes of real organs are not here")
+    with pytest.warns(rsph.RsphWarning, match="not closed"):
+        liver = shapes.Mesh(path)
+    assert liver.volume == pytest.approx(2.1382e-3, rel=5e-3)
+    assert liver.repair is not None
+    assert liver.repair["uncertain"] < 0.01
 
 
 def test_a_real_liver():

@@ -41,3 +41,4 @@ pub mod tensor;
 pub mod tiles;
 pub mod vector_field;
 mod watch;
+pub mod winding;

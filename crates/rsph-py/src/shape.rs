@@ -13,6 +13,7 @@ use rsph_core::shape::{
 use rsph_core::tensor::{Mat3, Vec3};
 use rsph_scenario::label_map::{Axes, read_label};
 use rsph_scenario::mesh_io::{read_mesh, write_mesh};
+use rsph_scenario::output::summary::RepairSummary;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -29,8 +30,9 @@ impl Shape {
         Ok(Self { shape: Arc::new(shape), notes: Vec::new() })
     }
 
-    fn from_mesh(mesh: &TriangleMesh, name: &str) -> PyResult<Self> {
-        let (shape, notes) = MeshShape::new(mesh, name).map_err(|e| errors::invalid_input(&e))?;
+    fn from_mesh(mesh: &TriangleMesh, name: &str, repair: bool) -> PyResult<Self> {
+        let build = if repair { MeshShape::new } else { MeshShape::new_closed };
+        let (shape, notes) = build(mesh, name).map_err(|e| errors::invalid_input(&e))?;
         Ok(Self { shape: Arc::new(shape), notes })
     }
 
@@ -93,22 +95,23 @@ impl Shape {
         py.detach(|| Self::analytic(core::organ(name)))
     }
 
-    /// The inside of a closed triangle mesh from a file.
+    /// The inside of a triangle mesh from a file.
     #[staticmethod]
-    fn mesh_file(py: Python<'_>, path: PathBuf, scale: f64) -> PyResult<Self> {
+    fn mesh_file(py: Python<'_>, path: PathBuf, scale: f64, repair: bool) -> PyResult<Self> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         py.detach(|| {
             let mesh = read_mesh(&path, scale).map_err(|e| errors::mesh(&e))?;
-            Self::from_mesh(&mesh, &format!("mesh {name}"))
+            Self::from_mesh(&mesh, &format!("mesh {name}"), repair)
         })
     }
 
-    /// The inside of a closed triangle mesh from arrays (V, 3) and (T, 3).
+    /// The inside of a triangle mesh from arrays (V, 3) and (T, 3).
     #[staticmethod]
     fn mesh_arrays(
         py: Python<'_>,
         vertices: PyReadonlyArray2<'_, f64>,
         triangles: PyReadonlyArray2<'_, u32>,
+        repair: bool,
     ) -> PyResult<Self> {
         let vertices: Vec<Vec3> = arrays::vectors(&vertices, "vertices")?;
         let triangles = triangles.as_array();
@@ -117,7 +120,7 @@ impl Shape {
         }
         let triangles = triangles.rows().into_iter().map(|r| [r[0], r[1], r[2]]).collect();
         let mesh = TriangleMesh { vertices, triangles };
-        py.detach(|| Self::from_mesh(&mesh, "mesh from arrays"))
+        py.detach(|| Self::from_mesh(&mesh, "mesh from arrays", repair))
     }
 
     /// The body of the voxels (NX, NY, NZ) that are true; `affine` (4, 4) goes from indices to positions.
@@ -204,6 +207,12 @@ impl Shape {
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.notes.clone()
+    }
+
+    /// How the surface was made whole, as the text of `repair` in `summary.json`; `None` if it was closed.
+    #[getter]
+    fn repair(&self) -> Option<String> {
+        self.shape.repair().map(|r| RepairSummary::from(r).to_json().unwrap_or_default())
     }
 
     /// Vertices (V, 3) and triangles (T, 3) of the surface.

@@ -19,7 +19,7 @@ pub type FoundShape = (Arc<dyn Shape>, Vec<String>);
 /// path of a mesh or an image starts at `base_dir`.
 ///
 /// # Errors
-/// A size out of range, a mesh that can not be read or is no closed surface, or an image that can not be read
+/// A size out of range, a mesh that can not be read or shows no body, or an image that can not be read
 /// or does not show the body.
 pub fn shape_of(doc: &Document, body: &BodyTable, base_dir: &Path) -> Result<FoundShape, ScenarioError> {
     let place = KeyPath::from("body");
@@ -88,7 +88,7 @@ fn of_table(doc: &Document, shape: &ShapeTable, base_dir: &Path) -> Result<Found
             plain(Arc::new(DiscShape::new(*radius, *centre).map_err(refused)?))
         }
         ShapeTable::Organ(name) => plain(Arc::new(organ(&name.0).map_err(refused)?)),
-        ShapeTable::Mesh { path, scale } => {
+        ShapeTable::Mesh { path, scale, repair } => {
             let place = KeyPath::from("body.shape.mesh");
             if *scale <= 0.0 {
                 return Err(doc.error(
@@ -102,7 +102,8 @@ fn of_table(doc: &Document, shape: &ShapeTable, base_dir: &Path) -> Result<Found
                 doc.error(&place.key("path"), format!("{}: {}", e.path().display(), e.problem()), e.remedy())
             })?;
             let name = file.file_name().unwrap_or_default().to_string_lossy();
-            let (shape, notes) = MeshShape::new(&mesh, &format!("mesh {name}")).map_err(refused)?;
+            let build = if *repair { MeshShape::new } else { MeshShape::new_closed };
+            let (shape, notes) = build(&mesh, &format!("mesh {name}")).map_err(refused)?;
             Ok((Arc::new(shape), notes))
         }
     }

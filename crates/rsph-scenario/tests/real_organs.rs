@@ -6,6 +6,9 @@ use rsph_core::tensor::Vec3;
 use rsph_scenario::mesh_io::read_mesh;
 use std::path::PathBuf;
 
+/// Volume inside of the capsule and the bare area of `VH_F_Liver.glb`, in metres (validation/imperfect/README.md).
+const CAPSULE: f64 = 2.1382e-3;
+
 /// The path of a mesh beside the repository; `None`, with a message, if it is absent.
 fn mesh_path(name: &str) -> Option<PathBuf> {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/meshes").join(name);
@@ -101,10 +104,29 @@ fn results_do_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
-fn an_open_segmentation_is_refused_with_its_open_edges() {
+fn a_liver_of_open_overlapping_parts_becomes_one() {
     let Some(path) = mesh_path("VH_F_Liver.glb") else { return };
     let mesh = read_mesh(&path, 1.0).unwrap();
-    let error = MeshShape::new(&mesh, "mesh VH_F_Liver.glb").unwrap_err();
-    println!("{} triangles: {}", mesh.triangles.len(), error.problem);
-    assert!(error.problem.contains("open edges"));
+    let closed_only = MeshShape::new_closed(&mesh, "mesh VH_F_Liver.glb").unwrap_err();
+    assert!(closed_only.problem.contains("open edges"), "{closed_only}");
+    let begun = std::time::Instant::now();
+    let (shape, notes) = MeshShape::new(&mesh, "mesh VH_F_Liver.glb").unwrap();
+    let repaired = begun.elapsed().as_secs_f64();
+    let body = sample(&shape, Resolution::Particles(5_000), &[]).unwrap();
+    println!(
+        "{} triangles; repaired in {repaired:.2} s; shape {:.6e}, {} particles {:.6e}\n{}",
+        mesh.triangles.len(),
+        shape.volume(),
+        body.cells.len(),
+        body.volume(),
+        notes.join("\n")
+    );
+    // Issue 8; the reference is a wrap that lies a millimetre outside.
+    assert!((body.volume() / 2.245e-3 - 1.0).abs() < 0.05);
+    // Capsule and bare area, two of the parts, share their rims and enclose this by the divergence theorem.
+    assert!((shape.volume() / CAPSULE - 1.0).abs() < 5e-3);
+    assert_eq!((body.surface.components(), shape.surface().components()), (1, 1));
+    assert!(body.dropped_volume == 0.0);
+    let repair = shape.repair().unwrap();
+    assert!(repair.uncertain < 0.01 && repair.made_up < 0.01, "{repair:?}");
 }

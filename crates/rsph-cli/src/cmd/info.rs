@@ -3,6 +3,7 @@
 use crate::exit::{Code, Trouble};
 use crate::output::{number, print};
 use clap::Args;
+use rsph_core::shape::{MeshShape, Shape};
 use rsph_scenario::mesh_io::read_mesh;
 use rsph_scenario::output::vtkhdf;
 use std::fmt::Write;
@@ -95,6 +96,17 @@ fn mesh(path: &Path) -> Result<String, Trouble> {
         let volume = mesh.volume();
         let turned = if volume < 0.0 { " (inside out)" } else { "" };
         let _ = writeln!(text, "volume: {}{turned}", number(volume.abs()));
+    }
+    let name = format!("mesh {}", path.file_name().unwrap_or_default().to_string_lossy());
+    match MeshShape::new(&mesh, &name) {
+        Ok((shape, notes)) if shape.repair().is_some() => {
+            let _ = writeln!(text, "body: volume {}", number(shape.volume()));
+            for note in notes {
+                let _ = writeln!(text, "  {note}");
+            }
+        }
+        Ok(_) => {}
+        Err(e) => _ = writeln!(text, "body: none; {}", e.problem),
     }
     Ok(text)
 }

@@ -20,7 +20,7 @@ Examples:
   rsph sample organ.stl --particles 1000
   rsph sample organ.stl --scale 0.001 --spacing 0.005 --output particles.csv")]
 pub struct Arguments {
-    /// A closed triangle mesh (.stl, .obj, .ply, .glb)
+    /// A triangle mesh (.stl, .obj, .ply, .glb)
     #[arg(value_name = "MESH")]
     mesh: PathBuf,
     /// Distance between particles, in the units of the mesh times the scale

@@ -7,6 +7,8 @@ use rayon::prelude::*;
 
 /// Lines along each of the two edges of a cell that they cross.
 const LINES: usize = 6;
+/// Lines along y and along z that look for overlaps.
+const OVERLAP_LINES: usize = 64;
 
 /// A passage through the surface: the coordinate x, and the change of the winding number there
 /// (+1 in, -1 out).
@@ -128,6 +130,30 @@ impl Columns {
         let mut found = Vec::new();
         self.passages(x.y, x.z, &mut found);
         found.iter().filter(|p| p.0 < x.x).map(|p| p.1).sum::<i32>() > 0
+    }
+
+    /// Share of the inside where the surface winds twice or more, and of what it winds around the wrong way, by a few
+    /// thousand lines.
+    pub(super) fn overlap(&self) -> f64 {
+        let at = |d: usize, line: usize| {
+            self.low[d] + (line as f64 + 0.5) / OVERLAP_LINES as f64 * self.width[d] * self.bins[d] as f64
+        };
+        let (mut once, mut more) = (0.0, 0.0);
+        let mut found = Vec::new();
+        for line in 0..OVERLAP_LINES * OVERLAP_LINES {
+            self.passages(at(0, line % OVERLAP_LINES), at(1, line / OVERLAP_LINES), &mut found);
+            let mut winding = 0;
+            for pair in found.windows(2) {
+                winding += pair[0].1;
+                let length = pair[1].0 - pair[0].0;
+                match winding {
+                    0 => {}
+                    1 => once += length,
+                    _ => more += length,
+                }
+            }
+        }
+        if once + more > 0.0 { more / (once + more) } else { 0.0 }
     }
 
     /// Inside fractions of all cells of `grid`, x fastest: the lengths of 6 x 6 lines through each

@@ -10,6 +10,7 @@ mod implicit;
 mod kidney;
 mod liver;
 mod rectangle;
+mod repair;
 mod slab;
 mod sphere;
 mod triangle_mesh;
@@ -19,6 +20,7 @@ pub use box_shape::BoxShape;
 pub use cylinder::CylinderShape;
 pub use disc::DiscShape;
 pub use rectangle::RectangleShape;
+pub use repair::{Repair, winding_field};
 pub use sphere::SphereShape;
 pub use triangle_mesh::MeshShape;
 pub use voxels::{Placement, Run, voxel_shape};
@@ -71,6 +73,11 @@ pub trait Shape: Debug + Send + Sync {
     /// area vectors of the operator, curved ones a quadrature over the triangles.
     fn is_box(&self) -> bool {
         false
+    }
+
+    /// How the given surface became this one, if it was open or overlapped itself.
+    fn repair(&self) -> Option<&Repair> {
+        None
     }
 
     /// Inside fractions (0 to 1) of all cells of a grid, x fastest.

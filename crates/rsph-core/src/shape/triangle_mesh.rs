@@ -1,5 +1,6 @@
-//! A body bounded by a closed triangle surface.
+//! A body bounded by a triangle surface.
 
+use super::repair::{self, Found, Repair};
 use super::{Shape, columns::Columns};
 use crate::error::InvalidInput;
 use crate::grid::{Bounds, Grid};
@@ -10,6 +11,9 @@ use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::TriMesh;
 use rayon::prelude::*;
 use std::fmt;
+
+/// A closed surface that winds around more than this share of its inside twice is no surface of a solid.
+const LEAST_OVERLAP: f64 = 1e-3;
 
 /// A body bounded by a closed triangle surface.
 #[derive(Clone)]
@@ -22,17 +26,31 @@ pub struct MeshShape {
     columns: Columns,
     /// Finds the nearest point of the surface.
     nearest: TriMesh,
+    repair: Option<Repair>,
 }
 
 impl MeshShape {
-    /// The body inside of `mesh`, and what was changed about the mesh, one sentence each. Vertices
-    /// at equal positions are merged; a mesh turned inside out is turned round. `name` is what
-    /// messages and summaries call it, e.g. `mesh liver.stl`.
+    /// The body inside of `mesh`, and what was changed about the mesh, one sentence each. Vertices at equal positions
+    /// are merged, triangles that occur twice count once, and what is turned inside out is turned round. A surface that
+    /// is still not closed becomes a body by its winding number ([`Shape::repair`]). `name` is what messages
+    /// and summaries call it, e.g. `mesh liver.stl`.
     ///
     /// # Errors
-    /// `body.shape.mesh.path` when the mesh has no triangle, a vertex that is not finite, a
-    /// triangle without vertices, open edges, or no volume.
+    /// `body.shape.mesh.path` when the mesh has no triangle, a vertex that is not finite, a triangle without vertices, no
+    /// volume, or holes that leave too much of the inside uncertain.
     pub fn new(mesh: &TriangleMesh, name: &str) -> Result<(Self, Vec<String>), InvalidInput> {
+        Self::build(mesh, name, true)
+    }
+
+    /// As [`MeshShape::new`], but a surface that is not closed is refused.
+    ///
+    /// # Errors
+    /// As [`MeshShape::new`], and when the surface has open edges.
+    pub fn new_closed(mesh: &TriangleMesh, name: &str) -> Result<(Self, Vec<String>), InvalidInput> {
+        Self::build(mesh, name, false)
+    }
+
+    fn build(mesh: &TriangleMesh, name: &str, may_repair: bool) -> Result<(Self, Vec<String>), InvalidInput> {
         let refuse = |problem: String, remedy: &str| {
             Err(InvalidInput::new("body.shape.mesh.path", name, problem, remedy))
         };
@@ -49,38 +67,76 @@ impl MeshShape {
                 "repair the mesh, or export it again",
             );
         }
-        let mut surface = mesh.merged();
-        let Some(bounds) = surface.bounds() else {
+        let (parts, mut notes) = repair::outward(&mesh.merged(), name);
+        let Some(bounds) = parts.mesh.bounds() else {
             return refuse("the mesh has no triangles".into(), "give a closed surface");
         };
-        let open = surface.open_edges().len();
-        if open > 0 {
+        let is_closed = parts.closed.iter().all(|closed| *closed);
+        if is_closed {
+            let volume = parts.mesh.volume();
+            if !volume.is_finite() || volume <= 1e-9 * bounds.size().norm().powi(3) {
+                return refuse(
+                    format!("the surface encloses no volume that can be computed with ({volume:e})"),
+                    "give the surface of a solid body; check `scale`",
+                );
+            }
+            let overlap = Columns::new(&parts.mesh).overlap();
+            if overlap > LEAST_OVERLAP && !may_repair {
+                notes.push(format!(
+                    "{name} overlaps itself: {:.2} % of what it encloses count more than once",
+                    100.0 * overlap
+                ));
+            }
+            if overlap <= LEAST_OVERLAP || !may_repair {
+                return match Self::from_closed(parts.mesh, name) {
+                    Some(shape) => Ok((shape, notes)),
+                    None => refuse("the mesh has no triangles".into(), "give a closed surface"),
+                };
+            }
+        }
+        let open = if is_closed {
+            "the surface overlaps itself".into()
+        } else {
+            format!(
+                "the surface is not closed: {} open edges (not shared by exactly two triangles that turn the same way) \
+                 of {} triangles",
+                parts.mesh.open_edges().len(),
+                parts.mesh.triangles.len()
+            )
+        };
+        if !may_repair {
             return refuse(
-                format!(
-                    "the surface is not closed: {open} open edges (not shared by exactly two triangles \
-                     that turn the same way) of {} triangles",
-                    surface.triangles.len()
-                ),
-                "close the holes and unify the normals in a mesh editor (MeshLab, Blender, Meshmixer)",
+                open,
+                "allow `repair = true`, or close the holes in a mesh editor (MeshLab, Blender, Meshmixer)",
             );
         }
-        let volume = surface.volume();
-        if !volume.is_finite() || volume.abs() <= 1e-9 * bounds.size().norm().powi(3) {
-            return refuse(
-                format!("the surface encloses no volume that can be computed with ({volume:e})"),
-                "give the surface of a solid body; check `scale`",
-            );
-        }
-        let mut notes = Vec::new();
-        if volume < 0.0 {
-            surface = surface.flipped();
-            notes.push(format!(
-                "{name} was turned inside out (volume {volume:e}): its triangles were flipped"
-            ));
-        }
+        let remedy =
+            "close the holes in a mesh editor (MeshLab, Blender, Meshmixer), or give the rest of the surface";
+        let (surface, repair) = match repair::repaired(&parts) {
+            Found::Body(surface, repair) => (surface, repair),
+            Found::Nothing => {
+                return refuse(
+                    format!(
+                        "{open}; it encloses nothing: nowhere does it wind around more than half of the directions"
+                    ),
+                    remedy,
+                );
+            }
+            Found::Doubtful(share) => {
+                return refuse(
+                    format!(
+                        "{open}; its holes are too wide to tell the inside: {:.0} % of it are uncertain, winding number \
+                         below 3/4",
+                        100.0 * share
+                    ),
+                    remedy,
+                );
+            }
+        };
+        notes.extend(repair.notes(name));
         match Self::from_closed(surface, name) {
-            Some(shape) => Ok((shape, notes)),
-            None => refuse("the mesh has no triangles".into(), "give a closed surface"),
+            Some(shape) => Ok((Self { repair: Some(repair), ..shape }, notes)),
+            None => refuse(open, remedy),
         }
     }
 
@@ -94,6 +150,7 @@ impl MeshShape {
             columns: Columns::new(&surface),
             nearest: TriMesh::new(vertices, surface.triangles.clone()).ok()?,
             surface,
+            repair: None,
         })
     }
 }
@@ -168,6 +225,10 @@ impl Shape for MeshShape {
         &self.surface
     }
 
+    fn repair(&self) -> Option<&Repair> {
+        self.repair.as_ref()
+    }
+
     fn fill(&self, grid: &Grid) -> Vec<f64> {
         self.columns.fill(grid)
     }
@@ -198,8 +259,14 @@ mod tests {
         let problem = |m: &TriangleMesh| MeshShape::new(m, "mesh x.stl").unwrap_err().problem;
         assert!(problem(&TriangleMesh::default()).contains("no triangles"));
         let mut m = cube();
+        m.triangles.truncate(8);
+        assert!(problem(&m).contains("8 open edges") && problem(&m).contains("too wide"), "{}", problem(&m));
+        m.triangles.truncate(2);
+        assert!(problem(&m).contains("4 open edges") && problem(&m).contains("nothing"), "{}", problem(&m));
+        m = cube();
         m.triangles.pop();
-        assert!(problem(&m).contains("3 open edges"), "{}", problem(&m));
+        let refused = MeshShape::new_closed(&m, "mesh x.stl").unwrap_err();
+        assert!(refused.problem.contains("3 open edges") && refused.remedy.contains("repair"), "{refused}");
         m = cube();
         m.vertices[2].x = f64::NAN;
         assert!(problem(&m).contains("vertex 2"));
@@ -222,10 +289,14 @@ mod tests {
             let p = Vec3::new(x, y, z);
             prop_assert!((shape.signed_distance(&p) - exact.signed_distance(&p)).abs() < 1e-12);
         }
+    }
 
-        /// No surface soup, however broken, makes the constructor panic.
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        /// No triangles, however broken, make the constructor panic.
         #[test]
-        fn any_soup_is_met_at_the_door(
+        fn broken_references_are_met_at_the_door(
             points in prop::collection::vec(prop::array::uniform3(-1e3..1e3_f64), 0..8),
             triangles in prop::collection::vec(prop::array::uniform3(0..9_u32), 0..12),
         ) {

@@ -3,6 +3,7 @@
 use super::units;
 use rsph_core::region::Axis;
 use rsph_core::setup::{Probe, Quantity, Units};
+use rsph_core::shape::Repair;
 use rsph_core::simulation::Description;
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
@@ -75,6 +76,8 @@ pub struct RunInfo {
     pub scenario: String,
     /// What was known before the first step; its notes go into summary and report.
     pub description: Description,
+    /// How the surface of the body was made whole, if it had to be.
+    pub repair: Option<Repair>,
     /// The material in words.
     pub material: Vec<Parameter>,
     /// Anything else worth a row in the report's table: shape, loads, integrator.

@@ -2,6 +2,7 @@
 
 use super::{RunInfo, VERSION, machine};
 use crate::sink::{Outcome, Status};
+use rsph_core::shape::Repair;
 use rsph_core::simulation::{Conservation, RemeshLog};
 use rsph_core::tensor::Vec3;
 use serde::Serialize;
@@ -38,6 +39,70 @@ pub struct FailureSummary {
     pub place: Option<[f64; 3]>,
     /// What to change.
     pub remedy: String,
+}
+
+/// How a surface that was open or overlapped itself became a body, and how sure that is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RepairSummary {
+    /// Edges not shared by exactly two triangles that turn the same way.
+    pub open_edges: usize,
+    /// Parts of the surface.
+    pub parts: usize,
+    /// Volume where the winding number is above 1/2, above 3/4 and above 1/4.
+    pub volume: f64,
+    /// See `volume`.
+    pub volume_above_three_quarters: f64,
+    /// See `volume`.
+    pub volume_above_one_quarter: f64,
+    /// Share of the body where the winding number is below 3/4.
+    pub uncertain: f64,
+    /// Share of the body where it is above 3/2.
+    pub overlapping: f64,
+    /// Share of the given area that lies on another part of the surface.
+    pub layered: f64,
+    /// Share of the body's surface with no triangle within a cell of `spacing`.
+    pub made_up: f64,
+    /// Where the surface is farthest from every triangle.
+    pub gap_at: [f64; 3],
+    /// Its distance.
+    pub gap: f64,
+    /// Edge length of the cells.
+    pub spacing: f64,
+    /// Pieces and voids that were left out, and their volume.
+    pub dropped: usize,
+    /// See `dropped`.
+    pub dropped_volume: f64,
+}
+
+impl RepairSummary {
+    /// As the text of `repair` in `summary.json`.
+    ///
+    /// # Errors
+    /// When it can not be expressed in JSON, which does not happen for this type.
+    pub fn to_json(&self) -> serde_json::Result<String> {
+        serde_json::to_string(self)
+    }
+}
+
+impl From<&Repair> for RepairSummary {
+    fn from(r: &Repair) -> Self {
+        Self {
+            open_edges: r.open_edges,
+            parts: r.parts,
+            volume: r.volume,
+            volume_above_three_quarters: r.between[0],
+            volume_above_one_quarter: r.between[1],
+            uncertain: r.uncertain,
+            overlapping: r.overlapping,
+            layered: r.layered,
+            made_up: r.made_up,
+            gap_at: components(&r.gap_at),
+            gap: r.gap,
+            spacing: r.spacing,
+            dropped: r.dropped.0,
+            dropped_volume: r.dropped.1,
+        }
+    }
 }
 
 /// What remeshing did.
@@ -190,6 +255,8 @@ pub struct Summary {
     pub equilibrium: Option<EquilibriumSummary>,
     /// What remeshing did; `null` if particles were never to be laid anew.
     pub remesh: Option<Remeshing>,
+    /// How the body's surface was made whole; `null` if it was closed.
+    pub repair: Option<RepairSummary>,
     /// Number of frames stored.
     pub frames: usize,
     /// Things the user should know.
@@ -258,6 +325,7 @@ impl Summary {
                 reaction: components(&e.reaction),
             }),
             remesh: outcome.remesh.as_ref().map(Remeshing::from),
+            repair: info.repair.as_ref().map(RepairSummary::from),
             frames,
             notes: d.notes.clone(),
         }

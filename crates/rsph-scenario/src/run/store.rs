@@ -35,6 +35,7 @@ pub fn info(start: &RunStart<'_>) -> RunInfo {
         units: setup.units,
         scenario: start.scenario.as_run_anywhere(),
         description,
+        repair: setup.shape.repair().cloned(),
         material: material(start.scenario),
         parameters: parameters(setup),
         probes: probes(setup),

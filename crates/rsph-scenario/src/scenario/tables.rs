@@ -137,14 +137,22 @@ pub enum ShapeTable {
     },
     /// An organ that the program builds itself: metres, x from its right end to its left, y up.
     Organ(OrganName),
-    /// A closed triangle mesh.
+    /// A triangle mesh.
     Mesh {
         /// STL, OBJ, PLY or GLB file; a relative path starts at the scenario file.
         path: String,
         /// Factor from the units of the mesh to those of the scenario (0.001 for a mesh in mm).
         #[serde(default = "one")]
         scale: f64,
+        /// Whether a surface that is open or overlaps itself may become a body by its winding number, with notes that
+        /// say how sure that is; false: it is refused. Default: true.
+        #[serde(default = "yes")]
+        repair: bool,
     },
+}
+
+fn yes() -> bool {
+    true
 }
 
 fn z() -> AxisName {

@@ -9,6 +9,7 @@ mod figure;
 mod figure_6;
 mod figure_7;
 mod fsi_1d;
+mod imperfect;
 mod kelvin_voigt_bar;
 mod large_strain;
 mod literal;
@@ -97,6 +98,12 @@ pub const CASES: &[Case] = &[
         "Fig. 7: normal and shear strain under a local load, early on",
         "our own",
         figure_7::run,
+    ),
+    case(
+        "imperfect",
+        "surfaces that are none: exact unions, a published liver of 26 open parts",
+        "issue 8 (the liver's volume, one piece), our own",
+        imperfect::run,
     ),
     case("literal", "the paper's scheme to the letter, which is unstable", "issue 2", literal::run),
     case(

@@ -153,6 +153,7 @@ pub fn info() -> RunInfo {
         units: Units::Si,
         scenario: "title = \"Made-up ball <sheared & stretched>\"\n# </script> {{data}}\n".to_owned(),
         description: description(),
+        repair: None,
         material: vec![
             Parameter::new("model", "kelvin-voigt", ""),
             Parameter::number("density", 1060.0, "kg/m^3"),
