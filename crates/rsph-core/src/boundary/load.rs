@@ -8,6 +8,7 @@ use crate::boundary::skin::{Carriers, Skin};
 use crate::boundary::surface_load::{SurfacePoint, Traction};
 use crate::boundary::tag::no_particle;
 use crate::error::InvalidInput;
+use crate::grid::Bounds;
 use crate::region::Region;
 use crate::setup::{Load, LoadKind};
 use crate::shape::Shape;
@@ -53,12 +54,17 @@ pub fn nodal_loads(
     let mut on_surface = |i: usize, traction: &Traction<'_>| {
         let skin = skin.get_or_insert_with(|| Skin::new(body.shape.surface(), body.spacing, carriers));
         skin.force(body.mass.len(), traction).ok_or_else(|| {
+            let Bounds { min, max } = body.shape.bounds();
+            let place = |v: &Vec3| format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z);
             InvalidInput::new(
                 format!("load[{i}]"),
                 "(this load)",
-                "acts on no part of the surface",
-                "check the region or centre, the direction and the signs; the surface lies within the \
-                 body's bounding box",
+                format!(
+                    "acts on no part of the surface, which lies between {} and {}",
+                    place(&min),
+                    place(&max)
+                ),
+                "check the region or centre, its units, the direction and the signs",
             )
         })
     };

@@ -1,6 +1,6 @@
 //! A body bounded by a closed triangle surface.
 
-use super::{Shape, columns::Columns};
+use super::{Shape, check, columns::Columns};
 use crate::error::InvalidInput;
 use crate::grid::{Bounds, Grid};
 use crate::mesh::TriangleMesh;
@@ -53,6 +53,7 @@ impl MeshShape {
         let Some(bounds) = surface.bounds() else {
             return refuse("the mesh has no triangles".into(), "give a closed surface");
         };
+        check::extent("body.shape.mesh.path", &bounds, 3)?;
         let open = surface.open_edges().len();
         if open > 0 {
             return refuse(

@@ -1,5 +1,6 @@
 //! A scenario that can not be understood or simulated: what, where, and what to do about it.
 
+use crate::whole_file::Unreadable;
 use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
 use std::fmt;
 use std::ops::Range;
@@ -31,13 +32,17 @@ impl ScenarioError {
     }
 
     /// A file that can not be read.
-    pub(super) fn unreadable(name: &str, error: &std::io::Error) -> Self {
-        let remedy = match error.kind() {
-            std::io::ErrorKind::NotFound => "check the path; `rsph new > my.toml` writes one to start from",
-            std::io::ErrorKind::InvalidData => "a scenario is a TOML text in UTF-8",
-            _ => "check the path and the permissions",
+    pub(super) fn unreadable(name: &str, why: Unreadable) -> Self {
+        Self::new("", format!("{name}: {}", why.problem), why.remedy)
+    }
+
+    /// A file whose `bytes` are no text.
+    pub(super) fn no_text(name: &str, bytes: &[u8]) -> Self {
+        let remedy = match bytes {
+            [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "it looks like UTF-16: save it as UTF-8",
+            _ => "a scenario is a TOML text in UTF-8; `rsph new > my.toml` writes one to start from",
         };
-        Self::new("", format!("cannot read the scenario {name}: {error}"), remedy)
+        Self::new("", format!("{name}: this is no text in UTF-8"), remedy)
     }
 
     pub(super) fn with_value(mut self, value: Option<String>) -> Self {

@@ -3,7 +3,9 @@
 
 use super::{CELL_GROUPS, POLYGONS, VERTICES, VtkHdfError};
 use crate::output::polydata::{Cells, PointField, PolyData};
+use hdf5::dataset::Layout;
 use hdf5::{Dataset, File, Group, H5Type};
+use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
@@ -86,6 +88,15 @@ fn damaged(what: impl Into<String>) -> Problem {
     )
 }
 
+/// The first bytes of an HDF5 file.
+const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
+
+fn start(path: &Path) -> Option<[u8; 8]> {
+    let mut bytes = [0; 8];
+    std::fs::File::open(path).ok()?.read_exact(&mut bytes).ok()?;
+    Some(bytes)
+}
+
 struct Reader {
     root: Group,
     steps: Group,
@@ -95,11 +106,17 @@ struct Reader {
 
 impl Reader {
     fn open(path: &Path) -> Result<Self, Problem> {
-        let bytes = std::fs::metadata(path)
-            .map_err(|e| {
-                Problem(format!("cannot be opened: {e}"), "check the path and its permissions".into())
-            })?
-            .len();
+        let info = std::fs::metadata(path).map_err(|e| {
+            Problem(format!("cannot be opened: {e}"), "check the path and its permissions".into())
+        })?;
+        let bytes = info.len();
+        if !info.is_file() {
+            let remedy = "give a particles.vtkhdf or surface.vtkhdf of a run";
+            return Err(Problem("is no regular file".into(), remedy.into()));
+        }
+        if start(path) != Some(SIGNATURE) {
+            return Err(damaged("it does not begin as an HDF5 file does"));
+        }
         let file = File::open(path)?;
         let root = file.group("VTKHDF").map_err(|_| damaged("it has no group `VTKHDF`"))?;
         let steps = root
@@ -272,7 +289,7 @@ impl Reader {
         }
     }
 
-    /// A dataset that holds those rows, and no more than the file can hold.
+    /// A dataset of this file that holds those rows.
     fn checked(&self, group: &Group, name: &str, rows: &Range<usize>) -> Result<Dataset, Problem> {
         let dataset = group.dataset(name).map_err(|_| damaged(format!("it has no dataset `{name}`")))?;
         let shape = dataset.shape();
@@ -280,16 +297,27 @@ impl Reader {
         if rows.end > stored {
             return Err(damaged(format!("`{name}` has {stored} rows, row {} is asked for", rows.end - 1)));
         }
-        let row_values: u64 = shape.iter().skip(1).fold(1, |p, d| p.saturating_mul(*d as u64));
-        if (rows.len() as u64).saturating_mul(row_values) > self.bytes.saturating_mul(DEFLATE_LIMIT) {
-            return Err(damaged(format!("`{name}` claims more values than the file can hold")));
+        let layout = dataset.create_plist()?;
+        let elsewhere = dataset.filename() != self.root.filename() || !layout.external().is_empty();
+        if elsewhere || layout.layout() == Layout::Virtual {
+            return Err(damaged(format!("`{name}` lies in another file")));
+        }
+        if !layout.filters().is_empty() {
+            return Err(Problem(
+                format!("`{name}` is compressed, which is not read here"),
+                "unpack the file with `h5repack -f NONE`".into(),
+            ));
+        }
+        // Rows that were never written take no room in the file, however many are announced.
+        let row_values = shape.iter().skip(1).fold(1_u64, |p, d| p.saturating_mul(*d as u64));
+        let bytes =
+            (rows.len() as u64).saturating_mul(row_values).saturating_mul(dataset.dtype()?.size() as u64);
+        if bytes > dataset.storage_size() || bytes > self.bytes {
+            return Err(damaged(format!("`{name}` claims more values than the file holds")));
         }
         Ok(dataset)
     }
 }
-
-/// Compressed files of other programs: deflate packs no more than about this many bytes into one.
-const DEFLATE_LIMIT: u64 = 1032;
 
 fn span(start: usize, len: usize) -> Result<Range<usize>, Problem> {
     let end = start.checked_add(len).ok_or_else(|| damaged("an offset is out of all bounds"))?;
