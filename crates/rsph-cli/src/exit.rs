@@ -21,8 +21,10 @@ pub enum Code {
     SimulationFailed = 3,
     /// The system failed: disk, memory, permission.
     SystemFailed = 4,
-    /// The user stopped it.
+    /// The user stopped it (Ctrl-C).
     Interrupted = 130,
+    /// The system stopped it (SIGTERM).
+    Terminated = 143,
 }
 
 /// Something to tell the user before leaving.
@@ -94,10 +96,16 @@ impl From<RunError> for Trouble {
     fn from(error: RunError) -> Self {
         match error {
             RunError::Scenario(error) => (*error).into(),
+            RunError::Folder(error) if error.is_of_the_system() => {
+                Self::system(error.to_string(), error.remedy())
+            }
             RunError::Folder(error) => Self::input(error.to_string(), error.remedy()),
+            RunError::Checkpoint(error) => Self::input(error.to_string(), error.remedy),
+            RunError::Memory(error) => Self::system(error.to_string(), error.remedy()),
             RunError::Sink(error) => Self::system(
                 error.to_string(),
-                "check the space left on the disk and the permissions of the folder",
+                "results up to there are readable; check the space left on the disk and the permissions of the \
+                 folder, then go on with `--resume`",
             ),
         }
     }

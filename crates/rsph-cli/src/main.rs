@@ -22,7 +22,7 @@ Start with
   rsph run my.toml --set time.until=0.1 --output out/short
 
 Exit codes: 0 good; 1 a validation bound is missed; 2 wrong input; 3 the simulation failed;
-4 the system failed; 130 interrupted.")]
+4 the system failed; 130 interrupted (Ctrl-C), 143 terminated (SIGTERM).")]
 struct Cli {
     #[command(subcommand)]
     verb: Verb,

@@ -58,6 +58,10 @@ impl Observer for Display {
         self.last_line = self.begun;
     }
 
+    fn resumed(&mut self, time: f64, frames: u64) {
+        tracing::info!("goes on from its checkpoint at t = {}, behind frame {frames}", number(time));
+    }
+
     fn progressed(&mut self, p: &Progress) {
         let part = (p.time / p.until).clamp(0.0, 1.0);
         let elapsed = self.begun.elapsed().as_secs_f64();

@@ -268,13 +268,6 @@ fn a_scenario_in_its_own_output_folder_is_not_overwritten() {
 }
 
 #[test]
-fn resume_says_that_it_is_not_there() {
-    let done = Bench::new().rsph(&["run", "x.toml", "--resume"]);
-    assert_eq!(done.code, Some(2));
-    assert!(done.err.contains("checkpoints are not there yet"), "{}", done.err);
-}
-
-#[test]
 fn what_has_no_place_in_a_prescribed_motion_is_refused() {
     let name = "deformation";
     refuses(name, "velocity = \"leveque\"", "", &["`dynamics.velocity`", "needs it"]);

@@ -43,6 +43,10 @@ pub enum FailureKind {
     NotConverged,
     /// The particles have flown so far apart that no lattice holds them.
     Scattered,
+    /// Remeshing has lost mass, or made some.
+    MassLost,
+    /// The stable time step has become too short to get anywhere.
+    StepTooShort,
     /// Two particles on a line have passed each other.
     Crossed,
 }

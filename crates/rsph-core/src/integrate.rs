@@ -5,8 +5,9 @@ pub mod chebyshev;
 pub mod implicit;
 
 use crate::dynamics::{Dynamics, ForceSums};
-use crate::error::FailureKind;
+use crate::error::{FailureKind, InvalidInput};
 use crate::particles::{Column, Field, Particles};
+use crate::state::State;
 use crate::tensor::Vec3;
 use dyn_clone::DynClone;
 use rayon::prelude::*;
@@ -66,6 +67,20 @@ pub trait Integrator: DynClone + std::fmt::Debug + Send + Sync {
         t: f64,
         dt: f64,
     ) -> Result<Step, (FailureKind, String)>;
+
+    /// Puts what it remembers from step to step into `state`.
+    fn save(&self, state: &mut State) {
+        let _ = state;
+    }
+
+    /// Takes it back.
+    ///
+    /// # Errors
+    /// What is missing or has another length.
+    fn restore(&mut self, state: &State) -> Result<(), InvalidInput> {
+        let _ = state;
+        Ok(())
+    }
 }
 
 dyn_clone::clone_trait_object!(Integrator);

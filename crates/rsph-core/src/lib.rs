@@ -34,6 +34,7 @@ pub mod simulation;
 pub mod snapshot;
 pub mod solve;
 pub mod stability;
+pub mod state;
 pub mod surface;
 pub mod tensor;
 pub mod tiles;

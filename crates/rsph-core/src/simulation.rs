@@ -9,6 +9,7 @@ mod model;
 mod prescribed;
 mod remeshing;
 mod solid;
+mod state;
 mod statics;
 mod steer;
 mod time_step;
@@ -30,7 +31,7 @@ use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
 use crate::surface::Surface;
 use crate::tensor::Vec3;
-use crate::watch::Watch;
+use crate::watch::{Look, Watch};
 use balance::Balance;
 use fsi_1d::FluidBesideSolid;
 use large_strain::LargeSolid;
@@ -104,6 +105,33 @@ pub struct Simulation {
     dt: f64,
     evaluations: u64,
     equilibrium: Option<Equilibrium>,
+    /// The steps to the next moment that was asked for.
+    plan: Option<Plan>,
+    /// Time step at the start.
+    first_dt: f64,
+    /// What the last failure has made of the particles, and when.
+    wreck: Option<Snapshot>,
+}
+
+/// Steps of even length up to a moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Plan {
+    from: f64,
+    to: f64,
+    /// The length that they should have at most.
+    dt: f64,
+    steps: u64,
+    done: u64,
+}
+
+impl Plan {
+    /// When step `k` ends.
+    fn moment(&self, k: u64) -> f64 {
+        if k == self.steps {
+            return self.to;
+        }
+        self.from + (self.to - self.from) * (k as f64 / self.steps as f64)
+    }
 }
 
 /// The scheme of integration for the particles of a moment.
@@ -156,6 +184,9 @@ impl Simulation {
             dt: description.dt,
             evaluations: 0,
             equilibrium: None,
+            plan: None,
+            first_dt: description.dt,
+            wreck: None,
             setup,
             description,
             model,
@@ -186,7 +217,8 @@ impl Simulation {
     }
 
     /// Advances to the time `t` exactly, shortening the steps evenly where needed. Stops early, at a
-    /// whole step, when `keep_going` returns false (called after every step).
+    /// whole step, when `keep_going` returns false (called after every step); called again for the same moment it
+    /// takes the steps that it would have taken.
     ///
     /// # Errors
     /// As [`Simulation::step`].
@@ -195,27 +227,37 @@ impl Simulation {
         t: f64,
         keep_going: &mut dyn FnMut(&mut Self) -> bool,
     ) -> Result<(), Failure> {
-        let mut done = false;
-        while !done {
-            // Steps of even length up to t, until a remesh or a scheme that chooses its steps chooses another.
-            let (from, dt) = (self.time, self.dt);
-            let steps = ((t - from) / dt - 1e-6).ceil().max(0.0) as u64;
-            done = steps == 0;
-            for k in 1..=steps {
-                let next = if k == steps { t } else { from + (t - from) * (k as f64 / steps as f64) };
-                if self.step_by(next - self.time)? {
-                    self.time = next;
-                    done = k == steps;
-                    if !keep_going(self) {
-                        return Ok(());
-                    }
-                }
-                if self.dt.to_bits() != dt.to_bits() {
-                    break;
+        loop {
+            let mut plan = self.plan_to(t);
+            if plan.done == plan.steps {
+                break;
+            }
+            let next = plan.moment(plan.done + 1);
+            if self.step_by(next - self.time)? {
+                self.time = next;
+                plan.done += 1;
+                self.plan = Some(plan);
+                if !keep_going(self) {
+                    return Ok(());
                 }
             }
         }
         self.check()
+    }
+
+    /// The plan of the steps up to `t`: the one that is being followed, even across a stop, until a remesh or a
+    /// scheme that chooses its steps chooses another length.
+    fn plan_to(&self, t: f64) -> Plan {
+        let same = |a: f64, b: f64| a.to_bits() == b.to_bits();
+        if let Some(p) = self.plan
+            && same(p.to, t)
+            && same(p.dt, self.dt)
+            && same(p.moment(p.done), self.time)
+        {
+            return p;
+        }
+        let (from, dt) = (self.time, self.dt);
+        Plan { from, to: t, dt, steps: ((t - from) / dt - 1e-6).ceil().max(0.0) as u64, done: 0 }
     }
 
     /// Advances by `dt`; false if the scheme wants a shorter step and nothing was done.
@@ -239,8 +281,7 @@ impl Simulation {
                              spacing or a better hold"
                         .into(),
                 };
-                self.restore();
-                return Err(failure);
+                return Err(self.fail(failure));
             }
         };
         self.evaluations += step.evaluations;
@@ -258,10 +299,10 @@ impl Simulation {
         self.balance.add(&step.sums, step.forces);
         let moment = Moment { time: self.time, step: self.steps };
         if let Some(failure) = self.model.disorder(&self.particles, moment) {
-            self.restore();
-            return Err(failure);
+            return Err(self.fail(failure));
         }
-        if self.watch.is_due(self.steps) {
+        // What is not finite shows in the sums of the very step.
+        if self.watch.is_due(self.steps) || !step.sums.work.is_finite() {
             self.check()?;
         }
         let strain = || self.model.strain(&self.particles, self.time, dt);
@@ -291,6 +332,13 @@ impl Simulation {
                 self.particles = relaid.particles.clone();
                 let energy = self.energy();
                 let after = Sums::new(&self.particles, energy);
+                let conserves_mass = self.model.dynamics().account().conserves_mass;
+                let shortest = checks::SHORTEST_STEP * self.first_dt;
+                let wrong =
+                    if conserves_mass { checks::mass_lost(before.mass, after.mass, moment) } else { None };
+                if let Some(failure) = wrong.or_else(|| checks::step_too_short(self.dt, shortest, moment)) {
+                    return Err(self.fail_after_remesh(failure));
+                }
                 self.remeshing.done(&relaid, before, after, self.description.dt);
                 let dynamics = self.model.dynamics_mut();
                 self.integrator = integrator(&self.setup, &self.description, dynamics, &self.particles);
@@ -298,11 +346,14 @@ impl Simulation {
                 self.watch.restart(dynamics, &self.particles, self.time, self.steps);
                 Ok(())
             }
-            Err(failure) => {
-                self.restore();
-                Err(failure)
-            }
+            Err(failure) => Err(self.fail(failure)),
         }
+    }
+
+    /// The particles of the last good state are gone with their lattice: those that were laid anew stay.
+    fn fail_after_remesh(&mut self, failure: Failure) -> Failure {
+        self.watch.restart(self.model.dynamics(), &self.particles, self.time, self.steps);
+        self.fail(failure)
     }
 
     fn energy(&mut self) -> Energy {
@@ -312,17 +363,25 @@ impl Simulation {
     /// Looks whether the state still makes sense; goes back to the last good one if not.
     fn check(&mut self) -> Result<(), Failure> {
         let (time, step) = (self.time, self.steps);
-        let energy = self.energy();
-        let (dynamics, work) = (self.model.dynamics(), self.balance.work);
-        let result = self.watch.check(dynamics, &self.particles, energy, work, time, step);
-        if result.is_err() {
-            self.restore();
-        }
-        result
+        let look = Look {
+            energy: self.energy(),
+            work: self.balance.work,
+            smallest_jacobian: self.model.dynamics_mut().smallest_jacobian(time, &self.particles),
+        };
+        let result = self.watch.check(self.model.dynamics(), &self.particles, &look, time, step);
+        result.map_err(|failure| self.fail(failure))
     }
 
-    /// Goes back to the last good state.
+    /// Goes back to the last good state; the failure with its likely cause.
+    fn fail(&mut self, failure: Failure) -> Failure {
+        self.restore();
+        checks::with_cause(failure, &self.setup, &self.description, self.dt)
+    }
+
+    /// Goes back to the last good state and keeps what the failure has made of it.
     fn restore(&mut self) {
+        let particles = self.particles.clone();
+        self.wreck = Some(Snapshot { time: self.time, step: self.steps, particles });
         (self.time, self.steps) = self.watch.restore(self.model.dynamics(), &mut self.particles);
         // What follows from the restored columns.
         self.model.dynamics().impose(self.time, &mut self.particles);
@@ -407,6 +466,12 @@ impl Simulation {
     pub fn snapshot(&mut self) -> Snapshot {
         let particles = self.model.derived(&self.particles, self.time);
         Snapshot { time: self.time, step: self.steps, particles }
+    }
+
+    /// After a failure, the particles as they were when it was noticed, without derived columns; the simulation
+    /// itself has gone back to its last good state.
+    pub fn wreck(&self) -> Option<&Snapshot> {
+        self.wreck.as_ref()
     }
 
     /// The surface of the moment of `snapshot`, which is one of this simulation's.

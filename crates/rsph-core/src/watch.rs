@@ -1,16 +1,30 @@
 //! The watchdog: a simulation that goes wrong stops by itself and keeps its last good state.
 
 use crate::dynamics::{Dynamics, Energy};
-use crate::error::{Failure, FailureKind};
+use crate::error::{Failure, FailureKind, InvalidInput};
 use crate::particles::{Column, Field, Particles};
+use crate::state::State;
 
 /// Steps between two looks at the state.
 const INTERVAL: u64 = 20;
+/// Steps to the first look: a wrong setting shows at once.
+const FIRST: u64 = 4;
 /// Energy that may appear from nowhere, as a share of the largest work so far. A good run stays below
 /// 1e-3; one that blows up passes any bound within a few looks.
 const TOLERANCE: f64 = 0.25;
 /// The same for a formulation that does not conserve energy even while it looks fine.
 const TOLERANCE_OF_UNSTABLE: f64 = 10.0;
+
+/// What the watchdog looks at besides the particles.
+#[derive(Clone, Copy, Debug)]
+pub struct Look {
+    /// Energies.
+    pub energy: Energy,
+    /// Work done on the body since the start.
+    pub work: f64,
+    /// Smallest det F with its particle, if it is to be judged.
+    pub smallest_jacobian: Option<(usize, f64)>,
+}
 
 /// Keeps the last good state and knows what a good state is.
 #[derive(Clone, Debug)]
@@ -18,6 +32,8 @@ pub struct Watch {
     good: Vec<Column>,
     time: f64,
     step: u64,
+    /// Step of the last look; a remesh in between is none.
+    looked: u64,
     start: f64,
     scale: f64,
     rounding: f64,
@@ -28,7 +44,7 @@ impl Watch {
     /// energy that rounding may feign.
     pub fn new(dynamics: &dyn Dynamics, particles: &Particles, energy: Energy, rounding: f64) -> Self {
         let start = energy.kinetic + energy.elastic;
-        Self { good: copy(dynamics, particles), time: 0.0, step: 0, start, scale: start, rounding }
+        Self { good: copy(dynamics, particles), time: 0.0, step: 0, looked: 0, start, scale: start, rounding }
     }
 
     /// Starts anew from other particles, which a remeshing has made of a good state.
@@ -39,7 +55,7 @@ impl Watch {
 
     /// Whether it is time for a look.
     pub fn is_due(&self, step: u64) -> bool {
-        step >= self.step + INTERVAL
+        step >= self.looked + self.looked.clamp(FIRST, INTERVAL)
     }
 
     /// Looks at the state after `step` steps and keeps it if it is good.
@@ -50,11 +66,11 @@ impl Watch {
         &mut self,
         dynamics: &dyn Dynamics,
         particles: &Particles,
-        energy: Energy,
-        work: f64,
+        sums: &Look,
         time: f64,
         step: u64,
     ) -> Result<(), Failure> {
+        let Look { energy, work, smallest_jacobian } = *sums;
         let u = particles.column(Field::Displacement);
         let n = particles.len();
         let remedy = if dynamics.is_stable() {
@@ -93,10 +109,16 @@ impl Watch {
             );
             return Err(fail(FailureKind::Unstable, what, farthest));
         }
+        if let Some((a, jacobian)) = smallest_jacobian.filter(|j| j.1.is_nan() || j.1 <= 0.0) {
+            let what = format!("a particle was turned inside out (det F = {jacobian:.3} <= 0)");
+            let remedy = "loads or moved parts are too much for this stiffness at small strain: lower them, take a \
+                          stiffer material, or one for large strain (`material.model = \"neo-hookean\"`)";
+            return Err(Failure { remedy: remedy.into(), ..fail(FailureKind::Inverted, what, Some(a)) });
+        }
         for (good, field) in self.good.iter_mut().zip(dynamics.integrated()) {
             good.values_mut().copy_from_slice(particles.column(*field).values());
         }
-        (self.time, self.step) = (time, step);
+        (self.time, self.step, self.looked) = (time, step, step);
         Ok(())
     }
 
@@ -106,6 +128,35 @@ impl Watch {
             particles.column_mut(*field).values_mut().copy_from_slice(good.values());
         }
         (self.time, self.step)
+    }
+
+    /// Puts the last good state and what it is judged by into `state`.
+    pub fn save(&self, state: &mut State) {
+        state.put("watch/sums", [self.time, self.start, self.scale]);
+        state.put_counts("watch/steps", &[self.step, self.looked]);
+        for (i, column) in self.good.iter().enumerate() {
+            state.put(&format!("watch/good_{i}"), column.values());
+        }
+    }
+
+    /// Takes it back for `dynamics` of `n` particles.
+    ///
+    /// # Errors
+    /// What is missing or has another length.
+    pub fn restore_state(
+        &mut self,
+        state: &State,
+        dynamics: &dyn Dynamics,
+        n: usize,
+    ) -> Result<(), InvalidInput> {
+        [self.time, self.start, self.scale] = state.numbers("watch/sums")?;
+        [self.step, self.looked] = state.counts("watch/steps")?;
+        let good = |(i, field): (usize, &Field)| {
+            let values = state.real_of(&format!("watch/good_{i}"), field.spec().components * n)?;
+            Ok(Column::from_vec(values.to_vec(), n))
+        };
+        self.good = dynamics.integrated().iter().enumerate().map(good).collect::<Result<_, _>>()?;
+        Ok(())
     }
 }
 

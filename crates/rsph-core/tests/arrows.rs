@@ -10,7 +10,7 @@ use tree::{SourceFile, crate_folder, read, root, sources};
 const LAYERS: &[&[&str]] = &[
     &["tensor", "kernel", "tiles"],
     &["error", "grid", "particles", "region", "neighbors"],
-    &["mesh", "material", "snapshot", "level_set", "vector_field", "fluid", "fit"],
+    &["mesh", "material", "snapshot", "level_set", "vector_field", "fluid", "fit", "state"],
     &["marching_cubes", "remesh", "reconstruct", "flow"],
     &["shape"],
     &["sample"],

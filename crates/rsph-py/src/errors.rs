@@ -51,6 +51,8 @@ pub fn run(error: &RunError, named: bool) -> PyErr {
     match error {
         RunError::Scenario(e) => scenario(e, named),
         RunError::Folder(e) => input_error(&e.to_string(), "output", None, e.remedy()),
+        RunError::Checkpoint(e) => input_error(&e.to_string(), "output", None, &e.remedy),
+        RunError::Memory(e) => input_error(&e.to_string(), "body.particles", None, &e.remedy()),
         RunError::Sink(e) => Python::attach(|py| {
             let details = PyDict::new(py);
             let filled = details.set_item("path", e.path.display().to_string());

@@ -5,7 +5,7 @@ use crate::interrupt::{SOON, interruptible};
 use crate::scenario::{Source, loaded};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rsph_scenario::run::{self, Observer, Progress, RunError};
+use rsph_scenario::run::{self, Begin, Observer, Progress, RunError};
 use rsph_scenario::scenario::LoadedScenario;
 use rsph_scenario::sink::{Outcome, Status};
 use std::path::PathBuf;
@@ -51,7 +51,8 @@ fn do_run(
 ) -> Result<Left, RunError> {
     let stop = Arc::clone(&reporter.stop);
     if let Some(folder) = output {
-        let outcome = run::run(scenario, folder, force, reporter, &stop)?;
+        let begin = if force { Begin::Overwriting } else { Begin::Anew };
+        let outcome = run::run(scenario, folder, begin, reporter, &stop)?;
         return Ok(Left { summary: String::new(), columns: Vec::new(), last: Vec::new(), outcome });
     }
     let (left, outcome) = run::run_in_memory(scenario, reporter, &stop)?;

@@ -11,4 +11,4 @@ pub mod sink;
 pub mod validation;
 mod whole_file;
 
-pub use lower::Job;
+pub use lower::{Cadence, Job};

@@ -19,11 +19,14 @@ use rsph_core::setup::{
 use rsph_core::shape::BoxShape;
 use rsph_core::tensor::Vec3;
 use std::sync::Arc;
+use std::time::Duration;
 
 /// More frames than this would fill a disk before anyone looks at them.
 const MAX_FRAMES: f64 = 100_000.0;
 /// Without `output.every`, a run is cut into this many intervals.
 const DEFAULT_INTERVALS: f64 = 50.0;
+/// Wall time between checkpoints: storing one takes less than a thousandth of that.
+const DEFAULT_MINUTES: f64 = 5.0;
 
 /// What a run computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +40,15 @@ pub enum Mode {
     },
 }
 
+/// How often a run is stored so that it can be resumed; whichever comes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cadence {
+    /// Wall time between two checkpoints.
+    pub every: Option<Duration>,
+    /// Frames between them.
+    pub frames: Option<u64>,
+}
+
 /// A scenario made ready to run.
 #[derive(Clone, Debug)]
 pub struct Job {
@@ -48,6 +60,8 @@ pub struct Job {
     pub until: f64,
     /// Time between frames.
     pub frame_interval: f64,
+    /// How often it is stored.
+    pub checkpoint: Cadence,
     /// Things the user should know (one sentence each).
     pub notes: Vec<String>,
 }
@@ -81,6 +95,7 @@ impl LoadedScenario {
         let until = tables.time.until;
         let time_step = time_step(doc, &tables.time)?;
         let frame_interval = frame_interval(doc, tables)?;
+        let checkpoint = cadence(doc, tables)?;
         let mechanics = motion::mechanics(doc, tables)?;
         let resolution = resolution(doc, &tables.body)?;
         let material = motion::material(doc, tables, &mechanics)?;
@@ -124,7 +139,7 @@ impl LoadedScenario {
             allow_unstable: tables.time.allow_unstable,
             probes,
         };
-        Ok(Job { setup, mode, until, frame_interval, notes })
+        Ok(Job { setup, mode, until, frame_interval, checkpoint, notes })
     }
 }
 
@@ -221,6 +236,25 @@ fn frame_interval(doc: &Document, tables: &Scenario) -> Result<f64, ScenarioErro
         ));
     }
     Ok(every)
+}
+
+fn cadence(doc: &Document, tables: &Scenario) -> Result<Cadence, ScenarioError> {
+    let path = KeyPath::from("output.checkpoint");
+    let table = tables.output.checkpoint;
+    if let Some(minutes) = table.minutes {
+        positive(doc, &path.key("minutes"), minutes, "the wall time between checkpoints")?;
+    }
+    if table.frames == Some(0) {
+        return Err(doc.error(
+            &path.key("frames"),
+            "the number of frames between checkpoints must be at least 1",
+            "remove it: a run is stored every 5 minutes",
+        ));
+    }
+    let minutes = table.minutes.or(if table.frames.is_none() { Some(DEFAULT_MINUTES) } else { None });
+    // More than fits is never.
+    let every = minutes.and_then(|m| Duration::try_from_secs_f64(60.0 * m).ok());
+    Ok(Cadence { every, frames: table.frames })
 }
 
 fn solver(

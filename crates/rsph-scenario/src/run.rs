@@ -1,27 +1,37 @@
-//! The run loop: from frame to frame, with everything that is seen on the way handed to a sink.
+//! A run: from a scenario and a folder to its outcome.
 
+mod books;
 mod folder;
+mod frames;
 mod memory;
+mod ready;
+mod resume;
+mod room;
 mod store;
 mod writer_thread;
 
 pub use folder::{FolderError, OutputFolder};
 pub use memory::{Remembered, run_in_memory};
+pub use room::MemoryError;
 
-use crate::lower::{Job, Mode};
-use crate::scenario::{KeyPath, LoadedScenario, ScenarioError};
-use crate::sink::{Outcome, RunSink, SinkError, Status};
-use rsph_core::simulation::{Description, Simulation};
+use crate::output::checkpoint::{Checkpoint, CheckpointError};
+use crate::scenario::{LoadedScenario, ScenarioError};
+use crate::sink::{Outcome, RunSink, SinkError};
+use ready::Ready;
+use rsph_core::simulation::{Conservation, Description, Simulation};
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::sync::atomic::AtomicBool;
 
-/// A run records its probes at least this often, or at every step if it has fewer.
-const MIN_SAMPLES: u64 = 1000;
-/// More steps than this take years.
-const MAX_STEPS: f64 = 1e12;
-/// Shortest wall time between two reports of progress.
-const REPORT_INTERVAL: Duration = Duration::from_millis(100);
+/// How a run begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Begin {
+    /// In a folder without results.
+    Anew,
+    /// In place of the results that are there.
+    Overwriting,
+    /// Where the checkpoint of the folder stands.
+    Resumed,
+}
 
 /// How far a run is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,6 +53,11 @@ pub trait Observer {
     /// The simulation is built and starts; `notes` are things the user should know.
     fn started(&mut self, description: &Description, notes: &[String]) {
         let _ = (description, notes);
+    }
+
+    /// The run goes on from a checkpoint at the time `time`, behind that many frames after the first.
+    fn resumed(&mut self, time: f64, frames: u64) {
+        let _ = (time, frames);
     }
 
     /// Some steps were taken (called a few times a second).
@@ -74,6 +89,12 @@ pub enum RunError {
     /// The output folder can not be used; nothing was written.
     #[error(transparent)]
     Folder(#[from] FolderError),
+    /// The run can not go on from its checkpoint; nothing was written.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+    /// The machine has too little memory; nothing was written.
+    #[error(transparent)]
+    Memory(#[from] MemoryError),
     /// Results could not be stored.
     #[error(transparent)]
     Sink(#[from] SinkError),
@@ -90,12 +111,18 @@ impl From<ScenarioError> for RunError {
 pub struct RunStart<'a> {
     /// The scenario.
     pub scenario: &'a LoadedScenario,
-    /// The simulation at time 0.
+    /// The simulation at time 0, or where the run goes on.
     pub simulation: &'a Simulation,
-    /// The folder, which exists and can be written.
+    /// What was known of it before the first step.
+    pub description: &'a Description,
+    /// Its conserved sums.
+    pub conservation: Conservation,
+    /// The folder, which exists, can be written and is this run's alone.
     pub folder: &'a Path,
     /// Notes of the scenario and the simulation.
     pub notes: &'a [String],
+    /// What the run goes on from, if it does.
+    pub checkpoint: Option<&'a Checkpoint>,
 }
 
 /// Makes the sink of a run, once it is known that the run can begin.
@@ -108,289 +135,50 @@ pub type MakeSink<'a> = dyn FnMut(&RunStart<'_>) -> Result<Box<dyn RunSink>, Sin
 pub fn run(
     scenario: &LoadedScenario,
     folder: &Path,
-    force: bool,
+    begin: Begin,
     observer: &mut dyn Observer,
     stop: &AtomicBool,
 ) -> Result<Outcome, RunError> {
-    run_with(scenario, folder, force, &mut store::open, observer, stop)
+    run_with(scenario, folder, begin, &mut store::open, observer, stop)
 }
 
-/// Runs `scenario` and hands its results to the sink that `make_sink` makes for `folder`. A folder with results is refused unless `force`. Nothing is written before it is known that the
-/// scenario can be simulated.
+/// Runs `scenario` and hands its results to the sink that `make_sink` makes for `folder`, until the end or until
+/// `stop` is set. Nothing is written before it is known that the scenario can be simulated.
 ///
 /// # Errors
-/// Wrong input, an unusable folder, or results that can not be stored. A simulation that fails is
-/// an [`Outcome`], not an error.
+/// Wrong input, an unusable folder or checkpoint, too little memory, or results that can not be stored. A
+/// simulation that fails is an [`Outcome`], not an error.
 pub fn run_with(
     scenario: &LoadedScenario,
     folder: &Path,
-    force: bool,
+    begin: Begin,
     make_sink: &mut MakeSink<'_>,
     observer: &mut dyn Observer,
     stop: &AtomicBool,
 ) -> Result<Outcome, RunError> {
-    let output = OutputFolder::new(folder, force)?;
-    if let Some(file) = scenario.file() {
+    let mut output = OutputFolder::new(folder, begin)?;
+    // A run that goes on leaves the scenario in its folder alone.
+    if let Some(file) = scenario.file().filter(|_| begin != Begin::Resumed) {
         output.spare(file)?;
     }
-    let ready = Ready::new(scenario)?;
-    let mut sink = make_sink(&ready.start(scenario, output.claim()?))?;
-    Ok(ready.run(sink.as_mut(), observer, stop)?)
-}
-
-/// A run that can begin.
-struct Ready {
-    simulation: Simulation,
-    mode: Mode,
-    until: f64,
-    interval: f64,
-    notes: Vec<String>,
-}
-
-impl Ready {
-    fn new(scenario: &LoadedScenario) -> Result<Self, ScenarioError> {
-        let Job { setup, mode, until, frame_interval, mut notes } = scenario.lower()?;
-        let simulation = Simulation::new(setup).map_err(|e| scenario.document().invalid_input(&e))?;
-        if mode == Mode::Dynamic {
-            check_steps(scenario, until, simulation.description().dt)?;
-        }
-        notes.extend(simulation.description().notes.iter().cloned());
-        Ok(Self { simulation, mode, until, interval: frame_interval, notes })
+    let mut checkpoint = None;
+    if begin == Begin::Resumed {
+        let folder = output.claim()?;
+        let found = Checkpoint::read(folder)?;
+        resume::check_scenario(folder, scenario, &found)?;
+        checkpoint = Some(found);
     }
-
-    /// What a sink needs to know.
-    fn start<'a>(&'a self, scenario: &'a LoadedScenario, folder: &'a Path) -> RunStart<'a> {
-        RunStart { scenario, simulation: &self.simulation, folder, notes: &self.notes }
+    let mut ready = Ready::new(scenario)?;
+    if let Some(checkpoint) = &checkpoint {
+        ready.notes.extend(resume::note(checkpoint));
+        resume::restore(folder, checkpoint, &mut ready.simulation, &mut ready.books)?;
+    } else {
+        output.claim()?;
     }
-
-    fn run(
-        mut self,
-        sink: &mut dyn RunSink,
-        observer: &mut dyn Observer,
-        stop: &AtomicBool,
-    ) -> Result<Outcome, SinkError> {
-        observer.started(self.simulation.description(), &self.notes);
-        let simulation = &mut self.simulation;
-        match self.mode {
-            Mode::Dynamic => advance(simulation, self.until, self.interval, sink, observer, stop),
-            Mode::Static { steps } => settle(simulation, self.until, steps, sink, observer, stop),
-        }
+    let mut sink = make_sink(&ready.start(scenario, folder, checkpoint.as_ref()))?;
+    observer.started(ready.simulation.description(), &ready.notes);
+    if checkpoint.is_some() {
+        observer.resumed(ready.simulation.time(), ready.books.done);
     }
-}
-
-/// Refuses a run that nobody will see the end of.
-fn check_steps(scenario: &LoadedScenario, until: f64, dt: f64) -> Result<(), ScenarioError> {
-    let steps = until / dt;
-    if steps <= MAX_STEPS {
-        return Ok(());
-    }
-    Err(scenario.document().error(
-        &KeyPath::from("time.until"),
-        format!("a time step of {dt:.3e} makes this {steps:.1e} steps; {MAX_STEPS:.0e} are allowed"),
-        format!("end at {:.3e} or before, or take larger steps", MAX_STEPS * dt),
-    ))
-}
-
-/// Advances `simulation` to `until`, with a frame every `interval`, the first and the last moment
-/// included, until `stop` is set.
-///
-/// # Errors
-/// When the sink can not store a result.
-pub fn advance(
-    simulation: &mut Simulation,
-    until: f64,
-    interval: f64,
-    sink: &mut dyn RunSink,
-    observer: &mut dyn Observer,
-    stop: &AtomicBool,
-) -> Result<Outcome, SinkError> {
-    let start = Start::new(simulation);
-    let stride = sample_stride(until - simulation.time(), simulation.description().dt);
-    let mut last_report = Instant::now();
-    let mut recorder = Recorder { sink, last_sample: None, last_frame: None };
-    recorder.frame(simulation)?;
-    let mut status = Status::Finished;
-    for t in frame_times(simulation.time(), until, interval) {
-        let mut trouble = None;
-        let advanced = simulation.advance_to(t, &mut |s| {
-            // The moment of a frame is sampled with the frame.
-            if s.step_count() % stride == 0 && s.time() < t {
-                trouble = recorder.sample(s).err();
-            }
-            if last_report.elapsed() >= REPORT_INTERVAL {
-                last_report = Instant::now();
-                observer.progressed(&start.progress(s, until));
-            }
-            trouble.is_none() && !stop.load(Ordering::Relaxed)
-        });
-        if let Some(error) = trouble {
-            return Err(error);
-        }
-        recorder.frame(simulation)?;
-        if let Err(failure) = advanced {
-            status = Status::Failed(failure);
-            break;
-        }
-        if stop.load(Ordering::Relaxed) && simulation.time() < until {
-            status = Status::Interrupted;
-            break;
-        }
-    }
-    finish(simulation, &start, until, status, recorder.sink, observer)
-}
-
-/// Brings `simulation` to rest at `steps` moments up to `until`, each with a frame, the undeformed body
-/// first, until `stop` is set.
-///
-/// # Errors
-/// When the sink can not store a result.
-pub fn settle(
-    simulation: &mut Simulation,
-    until: f64,
-    steps: usize,
-    sink: &mut dyn RunSink,
-    observer: &mut dyn Observer,
-    stop: &AtomicBool,
-) -> Result<Outcome, SinkError> {
-    let start = Start::new(simulation);
-    let mut recorder = Recorder { sink, last_sample: None, last_frame: None };
-    recorder.frame(simulation)?;
-    let mut status = Status::Finished;
-    for k in 1..=steps {
-        let t = if k == steps { until } else { until * (k as f64 / steps as f64) };
-        let mut last_report = Instant::now();
-        let solved = simulation.solve_static(t, &mut |iteration, residual| {
-            if last_report.elapsed() >= REPORT_INTERVAL {
-                last_report = Instant::now();
-                observer.solving(iteration, residual);
-            }
-            !stop.load(Ordering::Relaxed)
-        });
-        match solved {
-            Ok(_) => recorder.frame(simulation)?,
-            Err(_) if stop.load(Ordering::Relaxed) => {
-                status = Status::Interrupted;
-                break;
-            }
-            Err(failure) => {
-                status = Status::Failed(failure);
-                break;
-            }
-        }
-    }
-    finish(simulation, &start, until, status, recorder.sink, observer)
-}
-
-/// Closes a run.
-fn finish(
-    simulation: &Simulation,
-    start: &Start,
-    until: f64,
-    status: Status,
-    sink: &mut dyn RunSink,
-    observer: &mut dyn Observer,
-) -> Result<Outcome, SinkError> {
-    observer.progressed(&start.progress(simulation, until));
-    let outcome = Outcome {
-        status,
-        wall_seconds: start.wall.elapsed().as_secs_f64(),
-        steps: simulation.step_count() - start.step,
-        rhs_evaluations: simulation.rhs_evaluations() - start.rhs,
-        time: simulation.time(),
-        threads: rayon::current_num_threads(),
-        remesh: simulation.remesh_log(),
-        equilibrium: simulation.equilibrium(),
-    };
-    sink.finish(&outcome)?;
-    observer.finished(&outcome);
-    Ok(outcome)
-}
-
-struct Start {
-    wall: Instant,
-    step: u64,
-    rhs: u64,
-}
-
-impl Start {
-    fn new(s: &Simulation) -> Self {
-        Self { wall: Instant::now(), step: s.step_count(), rhs: s.rhs_evaluations() }
-    }
-
-    fn progress(&self, s: &Simulation, until: f64) -> Progress {
-        let seconds = self.wall.elapsed().as_secs_f64().max(1e-9);
-        let updates = (s.rhs_evaluations() - self.rhs) as f64 * s.description().particles as f64;
-        Progress {
-            time: s.time(),
-            until,
-            step: s.step_count(),
-            steps_per_second: (s.step_count() - self.step) as f64 / seconds,
-            updates_per_second: updates / seconds,
-        }
-    }
-}
-
-/// Hands moments to the sink, none of them twice.
-struct Recorder<'a> {
-    sink: &'a mut dyn RunSink,
-    last_sample: Option<u64>,
-    last_frame: Option<u64>,
-}
-
-impl Recorder<'_> {
-    fn sample(&mut self, s: &mut Simulation) -> Result<(), SinkError> {
-        // A run that failed goes back to its last good state, which is behind the last sample.
-        if self.last_sample.is_some_and(|last| s.step_count() <= last) {
-            return Ok(());
-        }
-        self.last_sample = Some(s.step_count());
-        self.sink.sample(s.time(), &s.readings(), &s.conservation())
-    }
-
-    /// A frame, and a sample with it.
-    fn frame(&mut self, s: &mut Simulation) -> Result<(), SinkError> {
-        self.sample(s)?;
-        if self.last_frame.replace(s.step_count()) == Some(s.step_count()) {
-            return Ok(());
-        }
-        let snapshot = s.snapshot();
-        self.sink.frame(&snapshot, &s.surface(&snapshot), &s.conservation())
-    }
-}
-
-/// Steps between two samples.
-fn sample_stride(duration: f64, dt: f64) -> u64 {
-    let steps = (duration / dt).ceil();
-    if steps.is_finite() { (steps as u64 / MIN_SAMPLES).max(1) } else { 1 }
-}
-
-/// The moments of the frames after the first: multiples of `interval`, and `until`.
-fn frame_times(from: f64, until: f64, interval: f64) -> impl Iterator<Item = f64> {
-    // A remainder of rounding is no frame of its own.
-    let count = ((until - from) / interval - 1e-9).ceil().max(if until > from { 1.0 } else { 0.0 }) as u64;
-    (1..=count).map(move |k| if k == count { until } else { from + k as f64 * interval })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    #[test]
-    fn a_long_run_still_has_a_thousand_samples() {
-        assert_eq!(sample_stride(3.0, 0.001), 3);
-        assert_eq!(sample_stride(0.5, 0.001), 1);
-        assert_eq!(sample_stride(3.0, 0.0), 1);
-    }
-
-    proptest! {
-        #[test]
-        fn frames_end_at_the_end_and_never_stand_still(until in 1e-3..1e3f64, cut in 1e-3..2.0f64) {
-            let interval = until * cut;
-            let times: Vec<f64> = frame_times(0.0, until, interval).collect();
-            prop_assert_eq!(times.last().copied(), Some(until));
-            prop_assert!(times.windows(2).all(|w| w[1] - w[0] > 1e-10 * until));
-            prop_assert!(times.len() <= (1.0 / cut).ceil() as usize);
-        }
-    }
+    Ok(ready.go(sink.as_mut(), observer, stop)?)
 }

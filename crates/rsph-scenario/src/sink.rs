@@ -3,6 +3,7 @@
 use rsph_core::error::Failure;
 use rsph_core::simulation::{Conservation, Equilibrium, Reading, RemeshLog};
 use rsph_core::snapshot::Snapshot;
+use rsph_core::state::State;
 use rsph_core::surface::Surface;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -88,6 +89,24 @@ pub trait RunSink: Send {
         readings: &[Reading],
         conservation: &Conservation,
     ) -> Result<(), SinkError>;
+
+    /// Called a few times a second: stores what has waited long enough.
+    ///
+    /// # Errors
+    /// When it can not be stored.
+    fn tick(&mut self) -> Result<(), SinkError>;
+
+    /// A moment from which the run can go on; all results so far belong to it. `state` is what to store for that.
+    ///
+    /// # Errors
+    /// When it can not be stored.
+    fn checkpoint(&mut self, state: State) -> Result<(), SinkError>;
+
+    /// What a failure has made of the particles; the frame of the last good state comes before it.
+    ///
+    /// # Errors
+    /// When it can not be stored.
+    fn wreck(&mut self, snapshot: &Snapshot) -> Result<(), SinkError>;
 
     /// The end of the run, good or bad: closes everything.
     ///

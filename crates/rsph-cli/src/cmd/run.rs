@@ -1,11 +1,11 @@
 //! `rsph run`
 
 use crate::exit::{Code, Trouble};
-use crate::interrupt::stop_flag;
+use crate::interrupt::Interrupt;
 use crate::output::{number, print, rate};
 use crate::progress::Display;
 use clap::Args;
-use rsph_scenario::run;
+use rsph_scenario::run::{self, Begin};
 use rsph_scenario::scenario::LoadedScenario;
 use rsph_scenario::sink::{Outcome, Status};
 use std::path::{Path, PathBuf};
@@ -20,7 +20,8 @@ Examples:
 
 The folder then holds report.html (open it in a browser), particles.vtkhdf and surface.vtkhdf (open
 them in ParaView), probes.csv, summary.json, and scenario.toml: the scenario as run.
-Ctrl-C closes the last frame and leaves; a second Ctrl-C leaves at once.")]
+Ctrl-C (or SIGTERM) closes the last frame, stores a checkpoint and leaves; a second one leaves at once.
+After that, or whatever else ended a run, `rsph run my.toml --resume` goes on with it.")]
 pub struct Arguments {
     /// The scenario file (TOML); `rsph new` prints one to start from
     #[arg(value_name = "SCENARIO.toml")]
@@ -34,8 +35,8 @@ pub struct Arguments {
     /// Number of threads [default: all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
-    /// Continue from the folder's checkpoint
-    #[arg(long)]
+    /// Go on with an interrupted run from the folder's checkpoint
+    #[arg(long, conflicts_with = "force")]
     resume: bool,
     /// Overwrite the results that are in the folder
     #[arg(long)]
@@ -46,12 +47,6 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
-    if arguments.resume {
-        return Err(Trouble::input(
-            "--resume: checkpoints are not there yet",
-            "run the scenario from its start, without --resume",
-        ));
-    }
     let scenario = LoadedScenario::from_file(&arguments.scenario, &arguments.set)?;
     let folder = arguments.output.clone().unwrap_or_else(|| {
         Path::new("out").join(arguments.scenario.file_stem().unwrap_or_else(|| "scenario".as_ref()))
@@ -62,15 +57,20 @@ pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
             .build_global()
             .map_err(|e| Trouble::system(format!("cannot start {n} threads: {e}"), "ask for fewer"))?;
     }
-    let stop = stop_flag()?;
+    let begin = match (arguments.resume, arguments.force) {
+        (true, _) => Begin::Resumed,
+        (false, true) => Begin::Overwriting,
+        (false, false) => Begin::Anew,
+    };
+    let interrupt = Interrupt::listen()?;
     let mut display = Display::new(arguments.quiet);
-    let outcome = run::run(&scenario, &folder, arguments.force, &mut display, &stop)?;
+    let outcome = run::run(&scenario, &folder, begin, &mut display, &interrupt.stop)?;
     if !arguments.quiet {
         print(&summary(&outcome, &folder))?;
     }
     match &outcome.status {
         Status::Finished => Ok(Code::Good),
-        Status::Interrupted => Ok(Code::Interrupted),
+        Status::Interrupted => Ok(interrupt.code()),
         Status::Failed(failure) => Err(Trouble::failure(failure)),
     }
 }
@@ -78,7 +78,7 @@ pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
 fn summary(outcome: &Outcome, folder: &Path) -> String {
     let how = match outcome.status {
         Status::Finished => "finished",
-        Status::Interrupted => "interrupted",
+        Status::Interrupted => "interrupted (`--resume` goes on from here)",
         Status::Failed(_) => "failed; the results up to there are complete",
     };
     let folder = folder.display();

@@ -30,6 +30,11 @@ impl Bench {
         Self { dir: tempfile::tempdir().unwrap() }
     }
 
+    /// In a folder that is kept in memory, if the system has one: for runs that wait for the disk often.
+    pub fn in_memory() -> Self {
+        Self { dir: tempfile::tempdir_in("/dev/shm").unwrap_or_else(|_| tempfile::tempdir().unwrap()) }
+    }
+
     pub fn path(&self, name: &str) -> PathBuf {
         self.dir.path().join(name)
     }

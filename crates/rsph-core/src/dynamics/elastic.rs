@@ -2,6 +2,7 @@
 //! divergence of Eq. (12), its exact adjoint, so that the force is the derivative of a discrete energy
 //! and a free surface needs no force of its own (Eq. 14).
 
+mod inversion;
 mod linear;
 mod sweeps;
 
@@ -240,6 +241,10 @@ impl Dynamics for Elastic {
 
     fn elastic(&mut self) -> Option<&mut Elastic> {
         Some(self)
+    }
+
+    fn smallest_jacobian(&mut self, t: f64, particles: &Particles) -> Option<(usize, f64)> {
+        Elastic::smallest_jacobian(self, t, particles.column(Field::Displacement).values())
     }
 
     fn loads_mut(&mut self) -> Option<&mut Vec<NodalLoad>> {

@@ -7,6 +7,7 @@ pub mod configuration;
 pub mod equilibrium;
 pub mod ghosts;
 pub mod remeshing;
+mod state;
 pub mod sweeps;
 
 use super::{Dynamics, Energy, ForceSums, Imposed};

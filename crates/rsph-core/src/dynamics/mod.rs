@@ -64,6 +64,12 @@ pub trait Dynamics: std::fmt::Debug + Send + Sync {
         None
     }
 
+    /// The smallest det F and the particle that has it, where the dynamics does not look after that at every step.
+    fn smallest_jacobian(&mut self, t: f64, particles: &Particles) -> Option<(usize, f64)> {
+        let _ = (t, particles);
+        None
+    }
+
     /// Energies at this moment.
     fn energy(&mut self, t: f64, particles: &Particles) -> Energy;
 }

@@ -82,9 +82,19 @@ impl Paper {
         let skin = SKIN * self.spacing;
         let near = |(x, y): (&Vec3, &Vec3)| (x - y).norm_squared() < 0.25 * skin * skin;
         if self.listed_at.is_empty() || !self.position.iter().zip(&self.listed_at).all(near) {
-            self.pairs = Pairs::new(&self.position, self.kernel.support() + skin);
-            self.listed_at.clone_from(&self.position);
+            self.list_at(self.position.clone());
         }
+    }
+
+    /// Where the particles were when their neighbours were last listed: the order of the sums.
+    pub fn listed_at(&self) -> &[Vec3] {
+        &self.listed_at
+    }
+
+    /// Lists the neighbours of particles at those positions.
+    pub fn list_at(&mut self, positions: Vec<Vec3>) {
+        self.pairs = Pairs::new(&positions, self.kernel.support() + SKIN * self.spacing);
+        self.listed_at = positions;
     }
 
     /// sum_b V_b (A_b - A_a) (x) grad_a W for a vector quantity, Eq. (10).

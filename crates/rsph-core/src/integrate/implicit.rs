@@ -3,10 +3,11 @@
 
 use super::{Integrator, Step, StepSums};
 use crate::dynamics::{Dynamics, ForceSums};
-use crate::error::FailureKind;
+use crate::error::{FailureKind, InvalidInput};
 use crate::particles::{Column, Field, Particles};
 use crate::solve::cg::Goal;
 use crate::solve::stiff::StiffSolver;
+use crate::state::{State, Stateful};
 use rayon::prelude::*;
 
 /// gamma of SDIRK2: L-stable and of second order.
@@ -159,6 +160,20 @@ impl Implicit {
 }
 
 impl Integrator for Implicit {
+    fn save(&self, state: &mut State) {
+        state.put("implicit/scale", self.scale.as_slice());
+        state.put("implicit/reference", [self.reference]);
+        if let Some(solver) = &self.solver {
+            solver.save(state);
+        }
+    }
+
+    fn restore(&mut self, state: &State) -> Result<(), InvalidInput> {
+        self.scale = state.real("implicit/scale")?.first().copied();
+        [self.reference] = state.numbers("implicit/reference")?;
+        self.solver.as_mut().map_or(Ok(()), |solver| solver.restore(state))
+    }
+
     fn evaluate(&mut self, dynamics: &mut dyn Dynamics, particles: &Particles, t: f64) -> ForceSums {
         dynamics.rates(t, particles, &mut self.rates)
     }

@@ -1,8 +1,10 @@
 //! The sums that the equations conserve, and what changes them.
 
 use crate::dynamics::{Account, Energy, ForceSums, Imposed};
+use crate::error::InvalidInput;
 use crate::integrate::StepSums;
 use crate::particles::{Field, Particles};
+use crate::state::{State, Stateful};
 use crate::tensor::Vec3;
 
 /// Sums that the equations conserve, and what changes them.
@@ -116,6 +118,33 @@ impl Balance {
             momentum_error: if scale > 0.0 { defect / scale } else { 0.0 },
             mass_error: if self.account.conserves_mass { (mass - self.mass).abs() / self.mass } else { 0.0 },
         }
+    }
+}
+
+impl Stateful for Balance {
+    fn save(&self, state: &mut State) {
+        let Energy { kinetic, elastic } = self.energy;
+        let f = &self.forces;
+        state.put("balance/start", [self.mass, kinetic, elastic]);
+        state.put("balance/done", [self.work, self.dissipated]);
+        state.put("balance/scale", [self.largest_momentum]);
+        state.put("balance/power", [f.power, f.dissipation]);
+        state.put_vectors(
+            "balance/vectors",
+            &[self.momentum, self.impulse, self.load_impulse, f.load, f.reaction],
+        );
+    }
+
+    fn restore(&mut self, state: &State) -> Result<(), InvalidInput> {
+        let Energy { kinetic, elastic } = &mut self.energy;
+        [self.mass, *kinetic, *elastic] = state.numbers("balance/start")?;
+        [self.work, self.dissipated] = state.numbers("balance/done")?;
+        [self.largest_momentum] = state.numbers("balance/scale")?;
+        let [power, dissipation] = state.numbers("balance/power")?;
+        let v = state.vectors("balance/vectors", 5)?;
+        (self.momentum, self.impulse, self.load_impulse) = (v[0], v[1], v[2]);
+        self.forces = ForceSums { load: v[3], reaction: v[4], power, dissipation };
+        Ok(())
     }
 }
 

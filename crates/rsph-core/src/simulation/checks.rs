@@ -1,7 +1,19 @@
-//! What is refused before a simulation starts, whatever the body.
+//! What is refused before a simulation starts, whatever the body, and what ends it on the way.
 
-use crate::error::InvalidInput;
-use crate::setup::Solver;
+use super::Description;
+use super::model::Moment;
+use crate::error::{Failure, FailureKind, InvalidInput};
+use crate::material::Material;
+use crate::setup::{Scheme, Setup, Solver};
+use crate::tensor::SymTensor;
+
+/// Share of the first time step below which remeshing may not bring it: such a run does not get anywhere.
+pub(super) const SHORTEST_STEP: f64 = 1e-3;
+/// Share of the mass that one remeshing may lose or make.
+const MASS_LOSS: f64 = 0.01;
+/// How many times stiffer against compression than against shear a material may be before it counts as nearly
+/// incompressible: a Poisson's ratio of 0.49.
+const NEARLY_INCOMPRESSIBLE: f64 = 50.0;
 
 /// Settings of the solver that are out of range.
 ///
@@ -26,4 +38,91 @@ pub(super) fn check_solver(solver: &Solver) -> Result<(), InvalidInput> {
         ));
     }
     Ok(())
+}
+
+/// (lambda + 2 mu) / mu if the material is nearly incompressible.
+pub(super) fn incompressibility(material: &dyn Material) -> Option<f64> {
+    let mut shear = SymTensor::ZERO;
+    shear.0[3] = 0.5;
+    let ratio = material.p_wave_modulus() / material.stress(shear).0[3];
+    (ratio > NEARLY_INCOMPRESSIBLE).then_some(ratio)
+}
+
+/// That a material is nearly incompressible, and what this means for the time step.
+pub(super) fn about_incompressibility(ratio: f64) -> String {
+    format!(
+        "Poisson's ratio so near 0.5 makes the material {ratio:.0} times stiffer against compression than against \
+         shear, and stable steps that much shorter"
+    )
+}
+
+/// The failure with what has likely caused it, where the settings tell.
+pub(super) fn with_cause(mut failure: Failure, setup: &Setup, d: &Description, dt: f64) -> Failure {
+    if d.scheme == Scheme::Rk4 && dt > d.dt_limit * (1.0 + 1e-9) {
+        let cause = if d.limited_by_viscosity { "viscosity" } else { "wave speed" };
+        failure.what = format!(
+            "{}; the time step {dt:.3e} is {:.1} times the stability limit {:.3e}, set by {cause}",
+            failure.what,
+            dt / d.dt_limit,
+            d.dt_limit
+        );
+        if let Some(ratio) = incompressibility(&*setup.material) {
+            failure.what = format!("{}: {}", failure.what, about_incompressibility(ratio));
+        }
+        failure.remedy = "take `time.dt = \"auto\"`, and no `time.allow_unstable`".into();
+    }
+    failure
+}
+
+/// A remeshing that has changed the mass.
+pub(super) fn mass_lost(before: f64, after: f64, moment: Moment) -> Option<Failure> {
+    let change = after / before - 1.0;
+    (change.is_nan() || change.abs() > MASS_LOSS).then(|| Failure {
+        kind: FailureKind::MassLost,
+        time: moment.time,
+        step: moment.step,
+        what: format!(
+            "remeshing has changed the mass from {before:.6e} to {after:.6e}: particles are too far apart"
+        ),
+        place: None,
+        remedy: "remesh more often (`remesh.every`), or take a smaller spacing".into(),
+    })
+}
+
+/// A time step that has become shorter than `shortest`.
+pub(super) fn step_too_short(dt: f64, shortest: f64, moment: Moment) -> Option<Failure> {
+    (dt.is_nan() || dt < shortest).then(|| Failure {
+        kind: FailureKind::StepTooShort,
+        time: moment.time,
+        step: moment.step,
+        what: format!(
+            "the stable time step has fallen to {dt:.3e}: a part of the body is squeezed to nothing"
+        ),
+        place: None,
+        remedy: "lower the loads, take a stiffer material or a larger spacing".into(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::KelvinVoigt;
+
+    #[test]
+    fn a_poisson_ratio_near_one_half_is_noticed() {
+        let of = |nu: f64| incompressibility(&KelvinVoigt::new(1.0, 100.0, nu, 0.1).unwrap());
+        assert!(of(0.3).is_none() && of(0.48).is_none());
+        // (lambda + 2 mu) / mu = 2 (1 - nu) / (1 - 2 nu)
+        assert!((of(0.4999).unwrap() / 5001.0 - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn lost_mass_and_tiny_steps_end_a_run() {
+        let moment = Moment { time: 1.0, step: 10 };
+        assert!(mass_lost(2.0, 1.999, moment).is_none());
+        assert_eq!(mass_lost(2.0, 1.9, moment).unwrap().kind, FailureKind::MassLost);
+        assert_eq!(mass_lost(2.0, f64::NAN, moment).unwrap().kind, FailureKind::MassLost);
+        assert!(step_too_short(1e-3, 1e-4, moment).is_none());
+        assert_eq!(step_too_short(1e-5, 1e-4, moment).unwrap().kind, FailureKind::StepTooShort);
+    }
 }

@@ -8,12 +8,13 @@ use super::model::{Model, Moment};
 use super::remeshing::Relaid;
 use crate::dynamics::Dynamics;
 use crate::dynamics::fsi_1d::FluidStructure;
-use crate::error::{Failure, FailureKind};
+use crate::error::{Failure, FailureKind, InvalidInput};
 use crate::kernel::RemeshKernel;
 use crate::observe::{Reading, TaggedProbe};
 use crate::particles::{Field, Particles};
 use crate::setup::Probe;
 use crate::snapshot::Snapshot;
+use crate::state::State;
 use crate::surface::Surface;
 use crate::tensor::Vec3;
 use bar::Bar;
@@ -98,6 +99,15 @@ impl Model for FluidBesideSolid {
             rescaling: 0.0,
             limit: None,
         })
+    }
+
+    fn save(&self, state: &mut State) {
+        state.put("body/strain", [self.strain]);
+    }
+
+    fn restore(&mut self, state: &State, _particles: &Particles) -> Result<(), InvalidInput> {
+        [self.strain] = state.numbers("body/strain")?;
+        Ok(())
     }
 
     fn surface(&self, snapshot: &Snapshot) -> Surface {

@@ -20,6 +20,7 @@ use crate::particles::{Column, Field, Particles};
 use crate::setup::{Formulation, Probe, Scheme, Setup};
 use crate::snapshot::Snapshot;
 use crate::stability::{StepLimit, large_step_limit};
+use crate::state::State;
 use crate::surface::Surface;
 use crate::tensor::Vec3;
 
@@ -92,6 +93,15 @@ impl<const D: usize> LargeSolid<D> {
     }
 }
 
+impl<const D: usize> LargeSolid<D> {
+    /// Finds the particles that probes and the surface read.
+    fn find_readers(&mut self) -> Result<(), InvalidInput> {
+        self.tagged = tag_probes(&self.body, &self.setup)?;
+        self.surface_weights = self.body.weights(Degree::Quadratic, &self.surface.vertices);
+        Ok(())
+    }
+}
+
 impl<const D: usize> Model for LargeSolid<D> {
     fn dynamics(&self) -> &dyn Dynamics {
         &self.body.dynamics
@@ -139,8 +149,7 @@ impl<const D: usize> Model for LargeSolid<D> {
                     .into(),
         };
         let new = self.body.remesh(moment.time, &x, &v).map_err(|e| fail(&e))?;
-        self.tagged = tag_probes(&self.body, &self.setup).map_err(|e| fail(&e.into()))?;
-        self.surface_weights = self.body.weights(Degree::Quadratic, &self.surface.vertices);
+        self.find_readers().map_err(|e| fail(&e.into()))?;
         let displacement: Vec<Vec3> =
             self.body.nodes().iter().zip(self.body.reference()).map(|(x, x0)| x - x0).collect();
         let [before, interpolated, _] = new.momentum;
@@ -152,6 +161,15 @@ impl<const D: usize> Model for LargeSolid<D> {
             rescaling: 1.0 / (1.0 + new.raw_mass_error) - 1.0,
             limit: None,
         })
+    }
+
+    fn save(&self, state: &mut State) {
+        self.body.save(state);
+    }
+
+    fn restore(&mut self, state: &State, particles: &Particles) -> Result<(), InvalidInput> {
+        self.body.restore(state, particles.len())?;
+        self.find_readers()
     }
 
     fn skin(&self) -> Option<Skin> {

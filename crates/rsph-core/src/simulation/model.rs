@@ -9,6 +9,7 @@ use crate::observe::Reading;
 use crate::particles::Particles;
 use crate::setup::{Load, Probe};
 use crate::snapshot::Snapshot;
+use crate::state::State;
 use crate::surface::Surface;
 use dyn_clone::DynClone;
 
@@ -51,6 +52,15 @@ pub(super) trait Model: DynClone + std::fmt::Debug + Send + Sync {
             "give the loads a `ramp`, or start a new simulation",
         ))
     }
+
+    /// Puts what the particles and the set-up do not say of the body into `state`.
+    fn save(&self, state: &mut State);
+
+    /// Takes it back, with `particles` of that state.
+    ///
+    /// # Errors
+    /// A state of another body, or one that is damaged.
+    fn restore(&mut self, state: &State, particles: &Particles) -> Result<(), InvalidInput>;
 
     /// The quadrature of the undeformed surface with the weights of the present particles at its points;
     /// `None` for a body that forces can not be put on.

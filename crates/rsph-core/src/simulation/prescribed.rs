@@ -20,6 +20,7 @@ use crate::remesh::{NewVolume, NodeLattice, RemeshError, Remesher};
 use crate::sample::{Alignment, Body, sample};
 use crate::setup::{Prescription, Probe, Scheme, Setup};
 use crate::snapshot::Snapshot;
+use crate::state::State;
 use crate::surface::{Surface, SurfaceField};
 use crate::tensor::Vec3;
 
@@ -152,6 +153,15 @@ impl Model for PrescribedBody {
             rescaling: 0.0,
             limit: None,
         })
+    }
+
+    fn save(&self, state: &mut State) {
+        state.put("body/strain", [self.strain]);
+    }
+
+    fn restore(&mut self, state: &State, _particles: &Particles) -> Result<(), InvalidInput> {
+        [self.strain] = state.numbers("body/strain")?;
+        Ok(())
     }
 
     /// The surface of Eq. (8) with the velocity of the flow on it.

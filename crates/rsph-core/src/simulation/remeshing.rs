@@ -2,9 +2,11 @@
 
 use super::balance::{momentum, total_mass};
 use crate::dynamics::Energy;
+use crate::error::InvalidInput;
 use crate::particles::Particles;
 use crate::setup::{RemeshTrigger, STRAIN};
 use crate::stability::StepLimit;
+use crate::state::{State, Stateful};
 use crate::tensor::Vec3;
 
 /// What remeshing has done since the start.
@@ -118,5 +120,61 @@ impl Remeshing {
         log.largest_rescaling = log.largest_rescaling.max(relaid.rescaling.abs());
         log.smallest_dt = log.smallest_dt.min(dt);
         (self.steps, self.elapsed) = (0, 0.0);
+    }
+}
+
+impl Stateful for Remeshing {
+    fn save(&self, state: &mut State) {
+        let log = &self.log;
+        let [before, after] = &log.sums;
+        let particles = [before.particles, after.particles].map(|n| n as u64);
+        state.put_counts("remesh/counts", &[self.steps, log.count, particles[0], particles[1]]);
+        state.put("remesh/elapsed", [self.elapsed]);
+        state.put("remesh/sums", [before.mass, before.energy, after.mass, after.energy]);
+        state.put_vectors("remesh/momenta", &[before.momentum, after.momentum]);
+        state.put(
+            "remesh/log",
+            [
+                log.largest_mass_jump,
+                log.largest_momentum_jump,
+                log.largest_momentum_correction,
+                log.energy_change,
+                log.folded_mass,
+                log.dropped_mass,
+                log.largest_rescaling,
+                log.smallest_dt,
+            ],
+        );
+    }
+
+    fn restore(&mut self, state: &State) -> Result<(), InvalidInput> {
+        let [steps, count, first, last] = state.counts("remesh/counts")?;
+        [self.elapsed] = state.numbers("remesh/elapsed")?;
+        self.steps = steps;
+        let [mass_before, energy_before, mass_after, energy_after] = state.numbers("remesh/sums")?;
+        let momenta = state.vectors("remesh/momenta", 2)?;
+        let sums = |particles: u64, mass, energy, momentum| Sums {
+            particles: particles as usize,
+            mass,
+            momentum,
+            energy,
+        };
+        let log = &mut self.log;
+        log.count = count;
+        log.sums = [
+            sums(first, mass_before, energy_before, momenta[0]),
+            sums(last, mass_after, energy_after, momenta[1]),
+        ];
+        [
+            log.largest_mass_jump,
+            log.largest_momentum_jump,
+            log.largest_momentum_correction,
+            log.energy_change,
+            log.folded_mass,
+            log.dropped_mass,
+            log.largest_rescaling,
+            log.smallest_dt,
+        ] = state.numbers("remesh/log")?;
+        Ok(())
     }
 }

@@ -3,6 +3,7 @@
 mod assemble;
 mod lay;
 mod level_set;
+mod state;
 
 use super::Description;
 use super::balance::{momentum, total_mass};
@@ -25,6 +26,7 @@ use crate::setup::{Formulation, Load, Probe, RemeshTrigger, Setup, VectorField};
 use crate::shape::Shape;
 use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
+use crate::state::State;
 use crate::surface::Surface;
 use crate::tensor::{Mat3, Vec3};
 use assemble::Laid;
@@ -42,6 +44,8 @@ pub(super) struct Solid {
     matter: Matter,
     /// Gradient of the displacement (or the strain) at the last remesh, where a strain since then decides.
     laid_at: Vec<Mat3>,
+    /// Time of the last remesh and the displacement that it left, if there was one.
+    laid_with: Option<(f64, Column)>,
     /// Where loads act, once they have been replaced.
     skin: Option<Skin>,
     probes: Vec<TaggedProbe>,
@@ -162,6 +166,7 @@ impl Solid {
             holds,
             undeformed,
             laid_at: matter.gradient_for(setup, &particles, 0.0),
+            laid_with: None,
             laid,
             matter,
             skin: None,
@@ -246,6 +251,7 @@ impl Model for Solid {
         self.matter = Matter::new(&self.setup, elastic);
         self.laid = laid;
         self.skin = None;
+        self.laid_with = Some((moment.time, relaid.particles.column(Field::Displacement).clone()));
         self.laid_at = self.matter.gradient_for(&self.setup, &relaid.particles, moment.time);
         Ok(relaid)
     }
@@ -268,6 +274,14 @@ impl Model for Solid {
             }
         }
         Ok(())
+    }
+
+    fn save(&self, state: &mut State) {
+        state::save(self, state);
+    }
+
+    fn restore(&mut self, state: &State, particles: &Particles) -> Result<(), InvalidInput> {
+        state::restore(self, state, particles)
     }
 
     fn skin(&self) -> Option<Skin> {

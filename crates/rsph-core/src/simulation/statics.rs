@@ -135,6 +135,19 @@ impl Simulation {
             let u = self.particles.column_mut(Field::Displacement).values_mut();
             u.iter_mut().zip(&correction_of_u).for_each(|(u, c)| *u += c);
         }
+        if trouble.is_none()
+            && let Some((a, jacobian)) =
+                self.model.dynamics_mut().smallest_jacobian(t, &self.particles).filter(|j| j.1 <= 0.0)
+        {
+            trouble = Some(Failure {
+                kind: FailureKind::Inverted,
+                ..fail(
+                    format!("at rest a particle would be turned inside out (det F = {jacobian:.3} <= 0)"),
+                    Some(self.particles.column(Field::Reference).vector(a)),
+                    "the loads are too much for this stiffness at small strain: lower them, or take a stiffer material",
+                )
+            });
+        }
         found.applications = solver.applications();
         self.evaluations += found.applications + 1;
         if let Some(failure) = trouble {

@@ -1,5 +1,6 @@
 //! How the time of a solid advances, from what the user asked for and what is stable.
 
+use super::checks::{about_incompressibility, incompressibility};
 use crate::error::InvalidInput;
 use crate::setup::{Scheme, Setup, TimeStep, Units};
 use crate::stability::{SAFETY, StepLimit};
@@ -143,10 +144,15 @@ pub(super) fn choose_step(setup: &Setup, limit: &StepLimit) -> Result<(f64, Vec<
                     )],
                 ))
             } else {
+                let why = incompressibility(&*setup.material)
+                    .map_or_else(String::new, |ratio| format!("; {}", about_incompressibility(ratio)));
                 Err(InvalidInput::new(
                     "time.dt",
                     dt,
-                    format!("is above the stability limit {:.4e}{unit}, which is set by {cause}", limit.dt),
+                    format!(
+                        "is above the stability limit {:.4e}{unit}, which is set by {cause}{why}",
+                        limit.dt
+                    ),
                     format!(
                         "take `dt = \"auto\"` or at most {:.4e}{unit}; `time.allow_unstable = true` lets \
                          you try",

@@ -24,6 +24,16 @@ impl Recall {
         self.known.is_empty()
     }
 
+    /// Solutions and their products, oldest first.
+    pub fn known(&self) -> &[[Vec<f64>; 2]] {
+        &self.known
+    }
+
+    /// Goes on from what [`Recall::known`] gave.
+    pub fn restore(&mut self, known: Vec<[Vec<f64>; 2]>) {
+        self.known = known;
+    }
+
     /// Forgets everything: the matrix is another one.
     pub fn forget(&mut self) {
         self.known.clear();
@@ -122,7 +132,7 @@ mod tests {
             let found = gradients.solve(&mut Line, &mut Nothing, &rest, &mut step, goal, &mut |_, _| true);
             assert!(found.iterations > 0);
             recall.keep_step(&step, &mut gradients);
-            assert_eq!(recall.known.len(), k + 1);
+            assert_eq!(recall.known().len(), k + 1);
         }
         let b: Vec<f64> = (0..50).map(|i| right[0][i] - 2.0 * right[1][i] + 0.5 * right[2][i]).collect();
         recall.start(&b, &mut x, gradients.sums());

@@ -7,6 +7,8 @@ use super::operator::{Operator, Shifted};
 use super::recall::Recall;
 use super::sums::combine;
 use crate::dynamics::elastic::Elastic;
+use crate::error::InvalidInput;
+use crate::state::{State, Stateful, damaged};
 
 /// A solver for one body on one lattice.
 #[derive(Clone, Debug)]
@@ -100,5 +102,30 @@ impl StiffSolver {
     /// Number of unknowns of every level, the particles first.
     pub fn sizes(&self) -> Vec<usize> {
         self.multigrid.sizes()
+    }
+}
+
+/// Remembered solutions with their products, one after the other.
+const KNOWN: &str = "solver/known";
+
+impl Stateful for StiffSolver {
+    fn save(&self, state: &mut State) {
+        state.put("solver/scales", [self.scales.0, self.scales.1]);
+        state.put(KNOWN, self.recall.known().iter().flatten().flatten().copied().collect::<Vec<_>>());
+    }
+
+    fn restore(&mut self, state: &State) -> Result<(), InvalidInput> {
+        let [mass, stiffness] = state.numbers("solver/scales")?;
+        let (values, len) = (state.real(KNOWN)?, self.step.len());
+        if !values.len().is_multiple_of(2 * len.max(1)) {
+            return Err(damaged(KNOWN, &format!("must hold pairs of {len} values")));
+        }
+        if self.scales != (mass, stiffness) {
+            self.multigrid.set_scales(mass, stiffness);
+            self.scales = (mass, stiffness);
+        }
+        let pair = |pair: &[f64]| [pair[..len].to_vec(), pair[len..].to_vec()];
+        self.recall.restore(values.chunks(2 * len.max(1)).map(pair).collect());
+        Ok(())
     }
 }

@@ -2,7 +2,10 @@
 //! scripts and a report for people.
 
 pub(crate) mod atomic;
+pub mod checkpoint;
+mod frames_file;
 mod info;
+mod machine;
 mod number;
 pub mod polydata;
 pub mod probes;
@@ -16,26 +19,33 @@ pub use info::{Parameter, ProbeColumn, RunInfo};
 pub use number::number;
 
 use crate::sink::{Outcome, RunSink, SinkError};
+use checkpoint::Checkpoint;
+use frames_file::FramesFile;
 use polydata::PolyData;
 use probes::ProbeWriter;
 use report::Report;
+use rsph_core::error::InvalidInput;
 use rsph_core::simulation::{Conservation, Reading};
 use rsph_core::snapshot::Snapshot;
+use rsph_core::state::State;
 use rsph_core::surface::Surface;
 use std::path::{Path, PathBuf};
 use summary::Summary;
-use vtkhdf::{VtkHdfError, VtkHdfWriter};
+use vtkhdf::VtkHdfWriter;
 
 /// Version of rsph, as it stands in summaries and reports.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// The file of the frame that a failed run leaves besides its last good one.
+pub const POST_MORTEM: &str = "post_mortem.vtkhdf";
 
 /// Writes a run's folder.
 #[derive(Debug)]
 pub struct RunWriters {
     folder: PathBuf,
     info: RunInfo,
-    particles: VtkHdfWriter,
-    surface: VtkHdfWriter,
+    particles: FramesFile,
+    surface: FramesFile,
     probes: ProbeWriter,
     report: Report,
     last: Conservation,
@@ -51,17 +61,12 @@ impl RunWriters {
     /// When the folder or a file in it can not be written.
     pub fn create(folder: &Path, info: RunInfo) -> Result<Self, SinkError> {
         std::fs::create_dir_all(folder).map_err(|e| SinkError::io(folder, e))?;
-        for stale in ["summary.json", "report.html"].map(|name| folder.join(name)) {
-            match std::fs::remove_file(&stale) {
-                Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(SinkError::io(&stale, e)),
-                _ => {}
-            }
-        }
+        remove_ends(folder)?;
         atomic::write(&folder.join("scenario.toml"), info.scenario.as_bytes())?;
         let columns: Vec<_> = info.probes.iter().map(|p| p.name.clone()).collect();
         Ok(Self {
-            particles: VtkHdfWriter::create(&folder.join("particles.vtkhdf"))?,
-            surface: VtkHdfWriter::create(&folder.join("surface.vtkhdf"))?,
+            particles: FramesFile::create(&folder.join("particles.vtkhdf"))?,
+            surface: FramesFile::create(&folder.join("surface.vtkhdf"))?,
             probes: ProbeWriter::create(&folder.join("probes.csv"), &columns)?,
             report: Report::default(),
             last: Conservation::default(),
@@ -71,6 +76,53 @@ impl RunWriters {
             info,
         })
     }
+
+    /// Goes on with the results of a run as they were when `state` was stored, a moment of `particles` particles
+    /// and these conserved sums; what was written after that is dropped.
+    ///
+    /// # Errors
+    /// When they can not be read or written, or are not those of that run.
+    pub fn resume(
+        folder: &Path,
+        info: RunInfo,
+        state: &State,
+        particles: usize,
+        conservation: Conservation,
+    ) -> Result<Self, SinkError> {
+        let damaged =
+            |e: InvalidInput| SinkError::new(folder.join(checkpoint::FILE), format!("{e}; {}", e.remedy));
+        let [frames, bytes] = state.counts(RESULTS).map_err(damaged)?;
+        let frames = frames as usize;
+        let columns: Vec<_> = info.probes.iter().map(|p| p.name.clone()).collect();
+        let mut report = Report::default();
+        report.restore(state, columns.len()).map_err(damaged)?;
+        remove_ends(folder)?;
+        Ok(Self {
+            particles: FramesFile::resume(&folder.join("particles.vtkhdf"), frames, &mut |_| ())?,
+            surface: FramesFile::resume(&folder.join("surface.vtkhdf"), frames, &mut |s| report.frame(s))?,
+            probes: ProbeWriter::resume(&folder.join("probes.csv"), &columns, bytes)?,
+            report,
+            last: conservation,
+            particle_count: particles,
+            frames,
+            folder: folder.into(),
+            info,
+        })
+    }
+}
+
+/// Name of the counts of frames and of bytes of probes in a state.
+const RESULTS: &str = "results/counts";
+
+/// Removes what only the end of a run writes.
+fn remove_ends(folder: &Path) -> Result<(), SinkError> {
+    for stale in ["summary.json", "report.html", POST_MORTEM].map(|name| folder.join(name)) {
+        match std::fs::remove_file(&stale) {
+            Err(e) if e.kind() != std::io::ErrorKind::NotFound => return Err(SinkError::io(&stale, e)),
+            _ => {}
+        }
+    }
+    Ok(())
 }
 
 impl RunSink for RunWriters {
@@ -80,10 +132,10 @@ impl RunSink for RunWriters {
         surface: &Surface,
         conservation: &Conservation,
     ) -> Result<(), SinkError> {
-        self.particles.append(&PolyData::from_snapshot(snapshot))?;
-        self.surface.append(&PolyData::from_surface(snapshot.time, surface))?;
-        self.probes.flush()?;
-        self.report.frame(snapshot.time, surface);
+        let surface = PolyData::from_surface(snapshot.time, surface);
+        self.report.frame(&surface);
+        self.particles.append(PolyData::from_snapshot(snapshot))?;
+        self.surface.append(surface)?;
         self.last = *conservation;
         self.particle_count = snapshot.len();
         self.frames += 1;
@@ -101,19 +153,36 @@ impl RunSink for RunWriters {
         self.probes.append(time, readings)
     }
 
+    fn tick(&mut self) -> Result<(), SinkError> {
+        self.particles.tick()?;
+        self.surface.tick()?;
+        self.probes.tick()
+    }
+
+    fn checkpoint(&mut self, mut state: State) -> Result<(), SinkError> {
+        // First the results that it counts on.
+        self.particles.settle()?;
+        self.surface.settle()?;
+        let bytes = self.probes.settle()?;
+        state.put_counts(RESULTS, &[self.frames as u64, bytes]);
+        self.report.save(&mut state);
+        let (scenario, version) = (self.info.scenario.clone(), VERSION.to_owned());
+        Checkpoint { scenario, version, state }.write(&self.folder)
+    }
+
+    fn wreck(&mut self, snapshot: &Snapshot) -> Result<(), SinkError> {
+        let path = self.folder.join(POST_MORTEM);
+        Ok(VtkHdfWriter::create(&path)?.append(&PolyData::from_snapshot(snapshot))?)
+    }
+
     fn finish(&mut self, outcome: &Outcome) -> Result<(), SinkError> {
+        self.particles.finish()?;
+        self.surface.finish()?;
         self.probes.flush()?;
         let summary = Summary::new(&self.info, outcome, &self.last, self.particle_count, self.frames);
         let path = self.folder.join("summary.json");
         let json = summary.to_json().map_err(|e| SinkError::new(&path, e))?;
         atomic::write(&path, json.as_bytes())?;
         self.report.write(&self.folder.join("report.html"), &self.info, &summary, outcome)
-    }
-}
-
-impl From<VtkHdfError> for SinkError {
-    fn from(e: VtkHdfError) -> Self {
-        let message = format!("{}; {}", e.problem, e.remedy);
-        Self::new(e.path, message)
     }
 }

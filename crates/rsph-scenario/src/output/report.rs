@@ -8,13 +8,15 @@ mod thinned;
 
 pub(crate) use tables::escape;
 
+use super::polydata::PolyData;
 use super::summary::Summary;
 use super::{RunInfo, VERSION, atomic, units};
 use crate::sink::{Outcome, SinkError};
 use frames::Frames;
 use history::History;
+use rsph_core::error::InvalidInput;
 use rsph_core::simulation::{Conservation, Reading};
-use rsph_core::surface::Surface;
+use rsph_core::state::State;
 use serde::Serialize;
 use std::path::Path;
 
@@ -53,13 +55,26 @@ struct Probe<'a> {
 
 impl Report {
     /// Takes a frame.
-    pub fn frame(&mut self, time: f64, surface: &Surface) {
-        self.frames.push(time, surface);
+    pub fn frame(&mut self, surface: &PolyData) {
+        self.frames.push(surface);
     }
 
     /// Takes a sample.
     pub fn sample(&mut self, time: f64, readings: &[Reading], conservation: &Conservation) {
         self.history.push(time, readings, conservation);
+    }
+
+    /// Puts the samples into `state`; the frames are in the results.
+    pub fn save(&self, state: &mut State) {
+        self.history.save(state);
+    }
+
+    /// Takes back the samples of `probes` probe columns.
+    ///
+    /// # Errors
+    /// When they are not there or do not belong together.
+    pub fn restore(&mut self, state: &State, probes: usize) -> Result<(), InvalidInput> {
+        self.history.restore(state, probes)
     }
 
     /// Writes the page.

@@ -1,6 +1,6 @@
 //! `summary.json`: what a run amounted to, in names that scripts rely on.
 
-use super::{RunInfo, VERSION};
+use super::{RunInfo, VERSION, machine};
 use crate::sink::{Outcome, Status};
 use rsph_core::simulation::{Conservation, RemeshLog};
 use rsph_core::tensor::Vec3;
@@ -25,7 +25,8 @@ pub struct Energy {
 /// Why a run failed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FailureSummary {
-    /// `not_finite`, `unstable`, `inverted`, `scattered`, `crossed`, `not_converged`.
+    /// `not_finite`, `unstable`, `inverted`, `scattered`, `crossed`, `not_converged`, `mass_lost`,
+    /// `step_too_short`.
     pub kind: &'static str,
     /// Simulated time of the last good state.
     pub time: f64,
@@ -162,6 +163,11 @@ pub struct Summary {
     pub threads: usize,
     /// Version of rsph.
     pub version: &'static str,
+    /// Vector instructions that the sums use: `x86-64-v4`, `x86-64-v3`, `neon` or `scalar`. The last digits of
+    /// results depend on it.
+    pub simd: &'static str,
+    /// Name of the processor.
+    pub processor: String,
     /// SHA-256 of the scenario as run.
     pub scenario_sha256: String,
     /// `SI` or `normalised`.
@@ -233,6 +239,8 @@ impl Summary {
             dt_limit: d.dt_limit,
             threads: outcome.threads,
             version: VERSION,
+            simd: machine::simd(),
+            processor: machine::processor(),
             scenario_sha256: info.scenario_sha256(),
             units: super::units::name(info.units),
             spacing: d.spacing,
@@ -265,7 +273,9 @@ impl Summary {
 }
 
 fn failure_summary(f: &rsph_core::error::Failure) -> FailureSummary {
-    use rsph_core::error::FailureKind::{Crossed, Inverted, NotConverged, NotFinite, Scattered, Unstable};
+    use rsph_core::error::FailureKind::{
+        Crossed, Inverted, MassLost, NotConverged, NotFinite, Scattered, StepTooShort, Unstable,
+    };
     FailureSummary {
         kind: match f.kind {
             NotFinite => "not_finite",
@@ -274,6 +284,8 @@ fn failure_summary(f: &rsph_core::error::Failure) -> FailureSummary {
             Scattered => "scattered",
             Crossed => "crossed",
             NotConverged => "not_converged",
+            MassLost => "mass_lost",
+            StepTooShort => "step_too_short",
         },
         time: f.time,
         step: f.step,

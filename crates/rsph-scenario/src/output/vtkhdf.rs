@@ -6,8 +6,9 @@
 mod reader;
 mod writer;
 
-pub use reader::{FieldInfo, FileInfo, describe, read_field, read_step};
+pub use reader::{FieldInfo, FileInfo, describe, read_field, read_step, visit_steps};
 pub use writer::VtkHdfWriter;
+pub(super) use writer::reason;
 
 use std::path::{Path, PathBuf};
 

@@ -1,12 +1,14 @@
 //! A run that leaves nothing on disk: its summary and its probes, for sweeps over many scenarios.
 
-use super::{Observer, Ready, RunError, store};
+use super::ready::Ready;
+use super::{Observer, RunError, store};
 use crate::output::RunInfo;
 use crate::output::summary::Summary;
 use crate::scenario::LoadedScenario;
 use crate::sink::{Outcome, RunSink, SinkError};
 use rsph_core::simulation::{Conservation, Reading};
 use rsph_core::snapshot::Snapshot;
+use rsph_core::state::State;
 use rsph_core::surface::Surface;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -31,10 +33,11 @@ pub fn run_in_memory(
     observer: &mut dyn Observer,
     stop: &AtomicBool,
 ) -> Result<(Remembered, Outcome), RunError> {
-    let ready = Ready::new(scenario)?;
-    let info = store::info(&ready.start(scenario, Path::new("")));
+    let mut ready = Ready::new(scenario)?;
+    let info = store::info(&ready.start(scenario, Path::new(""), None));
+    observer.started(ready.simulation.description(), &ready.notes);
     let mut memory = Memory::default();
-    let outcome = ready.run(&mut memory, observer, stop)?;
+    let outcome = ready.go(&mut memory, observer, stop)?;
     Ok((memory.remembered(&info, &outcome), outcome))
 }
 
@@ -66,6 +69,18 @@ impl RunSink for Memory {
 
     fn sample(&mut self, _: f64, readings: &[Reading], now: &Conservation) -> Result<(), SinkError> {
         (self.readings, self.conservation) = (readings.to_vec(), *now);
+        Ok(())
+    }
+
+    fn tick(&mut self) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn checkpoint(&mut self, _: State) -> Result<(), SinkError> {
+        Ok(())
+    }
+
+    fn wreck(&mut self, _: &Snapshot) -> Result<(), SinkError> {
         Ok(())
     }
 

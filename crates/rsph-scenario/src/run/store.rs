@@ -11,14 +11,24 @@ use rsph_core::simulation::own_readings;
 
 /// Opens the files of a run's folder.
 pub fn open(start: &RunStart<'_>) -> Result<Box<dyn RunSink>, SinkError> {
-    let writers = RunWriters::create(start.folder, info(start))?;
+    let info = info(start);
+    let writers = match start.checkpoint {
+        None => RunWriters::create(start.folder, info)?,
+        Some(checkpoint) => RunWriters::resume(
+            start.folder,
+            info,
+            &checkpoint.state,
+            start.simulation.particles().len(),
+            start.conservation,
+        )?,
+    };
     Ok(Box::new(WriterThread::new(start.folder, Box::new(writers))?))
 }
 
 /// What writers and summaries need to know.
 pub fn info(start: &RunStart<'_>) -> RunInfo {
     let setup = start.simulation.setup();
-    let mut description = start.simulation.description().clone();
+    let mut description = start.description.clone();
     description.notes = start.notes.to_vec();
     RunInfo {
         title: start.scenario.title().to_owned(),

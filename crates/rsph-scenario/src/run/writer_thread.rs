@@ -3,6 +3,7 @@
 use crate::sink::{Outcome, RunSink, SinkError};
 use rsph_core::simulation::{Conservation, Reading};
 use rsph_core::snapshot::Snapshot;
+use rsph_core::state::State;
 use rsph_core::surface::Surface;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -10,13 +11,16 @@ use std::thread::JoinHandle;
 
 /// Samples that may wait to be written; when there are more, the simulation waits.
 const QUEUE: usize = 4096;
-/// Frames that may wait: those of a large body are large.
+/// Frames and checkpoints that may wait: those of a large body are large.
 const FRAMES: usize = 1;
 
 /// A result on its way.
 enum Message {
     Frame(Box<(Snapshot, Surface, Conservation)>),
     Sample(f64, Vec<Reading>, Box<Conservation>),
+    Tick,
+    Checkpoint(State),
+    Wreck(Box<Snapshot>),
     Finish(Box<Outcome>),
 }
 
@@ -25,7 +29,7 @@ enum Message {
 pub struct WriterThread {
     folder: PathBuf,
     results: Option<SyncSender<Message>>,
-    /// Holds one token for each frame on its way.
+    /// Holds one token for each frame and checkpoint on its way.
     frames: SyncSender<()>,
     thread: Option<JoinHandle<Result<(), SinkError>>>,
 }
@@ -79,6 +83,12 @@ fn write(
                 sink.frame(&frame.0, &frame.1, &frame.2)?;
             }
             Message::Sample(time, readings, conservation) => sink.sample(time, &readings, &conservation)?,
+            Message::Tick => sink.tick()?,
+            Message::Checkpoint(state) => {
+                let _ = written.try_recv();
+                sink.checkpoint(state)?;
+            }
+            Message::Wreck(snapshot) => sink.wreck(&snapshot)?,
             Message::Finish(outcome) => sink.finish(&outcome)?,
         }
     }
@@ -104,6 +114,19 @@ impl RunSink for WriterThread {
         conservation: &Conservation,
     ) -> Result<(), SinkError> {
         self.send(Message::Sample(time, readings.to_vec(), Box::new(*conservation)))
+    }
+
+    fn tick(&mut self) -> Result<(), SinkError> {
+        self.send(Message::Tick)
+    }
+
+    fn checkpoint(&mut self, state: State) -> Result<(), SinkError> {
+        let _ = self.frames.send(());
+        self.send(Message::Checkpoint(state))
+    }
+
+    fn wreck(&mut self, snapshot: &Snapshot) -> Result<(), SinkError> {
+        self.send(Message::Wreck(Box::new(snapshot.clone())))
     }
 
     fn finish(&mut self, outcome: &Outcome) -> Result<(), SinkError> {
@@ -136,6 +159,18 @@ mod tests {
                 return Err(SinkError::new("probes.csv", "full"));
             }
             self.0 -= 1;
+            Ok(())
+        }
+
+        fn tick(&mut self) -> Result<(), SinkError> {
+            Ok(())
+        }
+
+        fn checkpoint(&mut self, _: State) -> Result<(), SinkError> {
+            Ok(())
+        }
+
+        fn wreck(&mut self, _: &Snapshot) -> Result<(), SinkError> {
             Ok(())
         }
 

@@ -27,8 +27,8 @@ pub use loads::{BoundaryKind, BoundaryTable, LoadKindName, LoadTable, MotionTabl
 pub use material::MaterialTable;
 pub use region::{AxisName, RegionTable, SideName};
 pub use tables::{
-    BodyTable, FieldTable, FormulationName, InitialTable, Integrator, ModeName, OrganName, OutputTable,
-    ProbeTable, Scenario, ShapeTable, SolverTable, TimeTable, UnitsName,
+    BodyTable, CheckpointTable, FieldTable, FormulationName, InitialTable, Integrator, ModeName, OrganName,
+    OutputTable, ProbeTable, Scenario, ShapeTable, SolverTable, TimeTable, UnitsName,
 };
 pub use values::{CentreValue, EveryValue, TimeStepValue};
 

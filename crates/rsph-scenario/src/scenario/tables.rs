@@ -333,6 +333,21 @@ pub struct OutputTable {
     /// Time between frames (s), positive. Default: a fiftieth of `time.until`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub every: Option<f64>,
+    /// How often the run is stored so that `rsph run --resume` can go on with it. Default: every 5 minutes.
+    #[serde(default)]
+    pub checkpoint: CheckpointTable,
+}
+
+/// How often a run is stored; with both keys, whichever comes first.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CheckpointTable {
+    /// Minutes of wall time, positive. Default: 5, if `frames` is not given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub minutes: Option<f64>,
+    /// Frames, at least 1.
+    #[schemars(range(min = 1))]
+    pub frames: Option<u64>,
 }
 
 /// A named reading: the mean of a quantity over a region, or its value at a point.

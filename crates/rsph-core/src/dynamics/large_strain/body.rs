@@ -46,6 +46,17 @@ pub struct LargeBody<const D: usize> {
     loads: Vec<Load>,
     /// Mirror planes where they are in the undeformed state, and the side of them where the body lies.
     pub(super) planes: Vec<(MirrorPlane, f64)>,
+    /// What the last remesh was made from, if there was one.
+    pub(super) laid: Option<LastRemesh>,
+}
+
+/// What the configuration that a remesh leaves is made from again.
+#[derive(Clone, Debug)]
+pub(super) struct LastRemesh {
+    /// When it was.
+    pub time: f64,
+    /// Nodes of the particles before a free body was moved back to its centre of mass.
+    pub nodes: Vec<Vec3>,
 }
 
 /// Cells of a lattice that the body may fill.
@@ -111,6 +122,7 @@ impl<const D: usize> LargeBody<D> {
             holds,
             loads: setup.loads.clone(),
             planes,
+            laid: None,
         };
         body.dynamics.fixed = body.held_among(body.reference())?;
         body.tag_loads()?;
@@ -301,6 +313,17 @@ fn alignment(setup: &Setup) -> Vec<Alignment> {
     found
 }
 
+/// The mirror images of particles that are laid at `nodes` at time `t`.
+pub(super) fn ghosts<const D: usize>(
+    planes: &[(MirrorPlane, f64)],
+    t: f64,
+    nodes: &[Vec3],
+    smoothing_length: f64,
+) -> Ghosts {
+    let undeformed: Vec<MirrorPlane> = planes.iter().map(|p| p.0).collect();
+    Ghosts::new(&undeformed, t, nodes, QuarticSpline::<D>::new(smoothing_length).support())
+}
+
 /// Particles in the cells that are filled by a tenth and have neighbours on all sides; what is in the others
 /// goes to the nearest of these.
 fn configuration<const D: usize>(
@@ -310,8 +333,6 @@ fn configuration<const D: usize>(
     smoothing_length: f64,
     cell_volume: f64,
 ) -> Configuration<D> {
-    let undeformed: Vec<MirrorPlane> = planes.iter().map(|p| p.0).collect();
-    let reach = QuarticSpline::<D>::new(smoothing_length).support();
     let mut kept: Vec<usize> =
         (0..cells.nodes.len()).filter(|&c| cells.fraction[c] >= MIN_FRACTION).collect();
     loop {
@@ -328,7 +349,7 @@ fn configuration<const D: usize>(
             }
         }
         let reference = kept.iter().map(|&c| cells.reference[c]).collect();
-        let ghosts = Ghosts::new(&undeformed, t, &nodes, reach);
+        let ghosts = ghosts::<D>(planes, t, &nodes, smoothing_length);
         let new = Configuration::new(nodes, reference, volume, ghosts, smoothing_length);
         let poor = new.without_gradient();
         if poor.is_empty() || poor.len() == kept.len() {

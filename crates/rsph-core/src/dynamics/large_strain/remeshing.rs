@@ -2,7 +2,7 @@
 //! volumes and velocities by map inversion.
 
 use super::LargeStrain;
-use super::body::{Cells, LargeBody};
+use super::body::{Cells, LargeBody, LastRemesh};
 use super::configuration::Configuration;
 use crate::error::InvalidInput;
 use crate::remesh::inversion::{AxisLattice, Landed, OldMap, inside_fraction, invert};
@@ -93,6 +93,7 @@ impl<const D: usize> LargeBody<D> {
         let raw: f64 = density * new.reference_volume.iter().sum::<f64>();
         new.scale_volumes(mass / raw);
 
+        let laid = LastRemesh { time: t, nodes: new.nodes[..new.len].to_vec() };
         let mut velocity: Vec<Vec3> = by_node.iter().map(|l| l.velocity).collect();
         let masses: Vec<f64> = new.reference_volume.iter().map(|v| v * density).collect();
         let before = Moments::of(&self.dynamics.mass, x, v);
@@ -119,6 +120,7 @@ impl<const D: usize> LargeBody<D> {
             self.dynamics = kept;
             return Err(error.into());
         }
+        self.laid = Some(laid);
         self.lattice = AxisLattice { origin: lattice.origin + shift, ..lattice };
         Ok(LargeRemesh {
             velocity,

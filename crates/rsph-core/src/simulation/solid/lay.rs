@@ -211,13 +211,7 @@ impl Undeformed {
         for v in &mut laid.volume {
             *v *= scale;
         }
-        let mut elastic = laid.elastic(setup, &self.lattice, holds, time)?;
-        let gradient = elastic.gradient(time, u);
-        elastic.stretch = gradient
-            .iter()
-            .enumerate()
-            .map(|(a, g)| (Mat3::identity() - g).try_inverse().ok_or(LayError::Inverted(laid.undeformed[a])))
-            .collect::<Result<_, _>>()?;
+        let elastic = self.deformed(setup, &laid, holds, time, u)?;
         new.set(Field::Reference, Column::from_vectors(&laid.undeformed));
         new.set(Field::Mass, Column::from_vec(elastic.mass.clone(), len));
         new.set(Field::Volume, Column::from_vec(laid.volume.clone(), len));
@@ -225,5 +219,26 @@ impl Undeformed {
         let undeformed = (0..arrived.nodes.len()).map(|k| place(k).1).collect();
         let around = (arrived.nodes, undeformed);
         Ok(Anew { around, laid, elastic, particles: new, folded_mass, rescaling: scale - 1.0 })
+    }
+    /// The dynamics, without loads, of particles that were laid anew at `time` with the displacement `u`.
+    ///
+    /// # Errors
+    /// A body that has turned inside out, a boundary that holds none of it.
+    pub fn deformed(
+        &self,
+        setup: &Setup,
+        laid: &Laid,
+        holds: &Holds,
+        time: f64,
+        u: &[f64],
+    ) -> Result<Elastic, LayError> {
+        let mut elastic = laid.elastic(setup, &self.lattice, holds, time)?;
+        let gradient = elastic.gradient(time, u);
+        elastic.stretch = gradient
+            .iter()
+            .enumerate()
+            .map(|(a, g)| (Mat3::identity() - g).try_inverse().ok_or(LayError::Inverted(laid.undeformed[a])))
+            .collect::<Result<_, _>>()?;
+        Ok(elastic)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::packed::{Packed, indices};
 use super::thinned::Thinned;
-use rsph_core::surface::Surface;
+use crate::output::polydata::{Cells, PolyData};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -63,30 +63,30 @@ struct FrameView<'a> {
 }
 
 impl Frames {
-    /// Takes the surface at time `time`.
-    pub fn push(&mut self, time: f64, surface: &Surface) {
-        let n = surface.mesh.vertices.len();
+    /// Takes a surface.
+    pub fn push(&mut self, surface: &PolyData) {
+        let n = surface.points.len();
         if n > MAX_VERTICES {
             self.too_large = Some(n);
         }
+        let Cells::Triangles(triangles) = &surface.cells else { return };
         if n == 0 || self.too_large.is_some() {
             return;
         }
         let field = |name: &str, components: usize| {
-            let found = surface.fields.iter().find(|f| f.name == name && f.components == components)?;
+            let found = surface.field(name).filter(|f| f.components == components)?;
             (found.values.len() == components * n).then_some(&found.values)
         };
         let u = field("displacement", 3).map(|v| v.as_chunks::<3>().0);
         let reference: Vec<[f64; 3]> = surface
-            .mesh
-            .vertices
+            .points
             .iter()
             .enumerate()
             .map(|(i, x)| std::array::from_fn(|c| x[c] - u.map_or(0.0, |u| u[i][c])))
             .collect();
         let frame = Frame {
-            time,
-            mesh: self.mesh(reference, &surface.mesh.triangles),
+            time: surface.time,
+            mesh: self.mesh(reference, triangles),
             u: u.map(pack),
             scalars: SCALARS
                 .into_iter()

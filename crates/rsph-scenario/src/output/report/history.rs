@@ -2,17 +2,22 @@
 
 use super::packed::six_digits;
 use super::thinned::Thinned;
+use rsph_core::error::InvalidInput;
 use rsph_core::simulation::{Conservation, Reading};
+use rsph_core::state::State;
 use serde::Serialize;
 
 /// Most points of a curve.
 const MAX_POINTS: usize = 2000;
 
+/// Conserved sums of a sample.
+const SUMS: usize = 6;
+
 #[derive(Debug)]
 struct Sample {
     time: f64,
     readings: Vec<f64>,
-    sums: [f64; 6],
+    sums: [f64; SUMS],
 }
 
 /// Collects samples while a run goes on.
@@ -50,6 +55,39 @@ impl History {
             ],
         };
         self.samples.push(sample, |s| s.len() <= MAX_POINTS);
+    }
+
+    /// Puts the samples into `state`.
+    pub fn save(&self, state: &mut State) {
+        let rows = self.samples.entries().into_iter().flat_map(|s| {
+            std::iter::once(s.time).chain(s.sums).chain(s.readings.iter().copied()).collect::<Vec<_>>()
+        });
+        let (numbers, stride, seen, last) = self.samples.layout();
+        state.put("history/rows", rows.collect::<Vec<_>>());
+        state.put_counts("history/numbers", &numbers);
+        state.put_counts("history/counts", &[stride, seen, u64::from(last), numbers.len() as u64]);
+    }
+
+    /// Takes back samples of `probes` probe columns.
+    ///
+    /// # Errors
+    /// When they are not there or do not belong together.
+    pub fn restore(&mut self, state: &State, probes: usize) -> Result<(), InvalidInput> {
+        let [stride, seen, last, kept] = state.counts("history/counts")?;
+        let numbers = state.whole_of("history/numbers", kept as usize)?.iter().map(|n| *n as u64).collect();
+        let (last, width) = (last == 1, SUMS + 1 + probes);
+        let count = kept as usize + usize::from(last);
+        let rows = state.real_of("history/rows", count.saturating_mul(width))?;
+        let sample = |row: &[f64]| Sample {
+            time: row[0],
+            sums: std::array::from_fn(|i| row[1 + i]),
+            readings: row[1 + SUMS..].to_vec(),
+        };
+        let entries = rows.chunks(width).map(sample).collect();
+        if let Some(samples) = Thinned::from_layout((numbers, stride, seen, last), entries) {
+            self.samples = samples;
+        }
+        Ok(())
     }
 
     /// The curves of `probes` probe columns.

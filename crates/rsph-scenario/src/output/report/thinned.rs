@@ -41,6 +41,24 @@ impl<T> Thinned<T> {
         self.kept.iter().map(|(_, e)| e).chain(&self.last).collect()
     }
 
+    /// The numbers of the entries that are kept, how far apart they are, how many entries there were, and whether
+    /// the last of [`Self::entries`] stays only until the next one comes.
+    pub fn layout(&self) -> (Vec<u64>, u64, u64, bool) {
+        (self.kept.iter().map(|(i, _)| *i).collect(), self.stride, self.seen, self.last.is_some())
+    }
+
+    /// The series with that layout and those entries; `None` if they do not belong together.
+    pub fn from_layout(
+        (numbers, stride, seen, last): (Vec<u64>, u64, u64, bool),
+        mut entries: Vec<T>,
+    ) -> Option<Self> {
+        if entries.len() != numbers.len() + usize::from(last) || stride == 0 {
+            return None;
+        }
+        let last = if last { entries.pop() } else { None };
+        Some(Self { kept: numbers.into_iter().zip(entries).collect(), last, stride, seen })
+    }
+
     /// How many entries there were.
     pub fn seen(&self) -> u64 {
         self.seen

@@ -58,6 +58,26 @@ pub fn read_step(path: &Path, step: Option<usize>) -> Result<PolyData, VtkHdfErr
     Reader::open(path).and_then(|r| r.read(step)).map_err(|e| e.at(path))
 }
 
+/// Hands the first `count` steps of the file at `path` to `visit`, in order; returns how many it holds.
+///
+/// # Errors
+/// When it can not be opened, is not a temporal VTKHDF `PolyData`, holds fewer steps, or `visit` fails.
+pub fn visit_steps(
+    path: &Path,
+    count: usize,
+    visit: &mut dyn FnMut(PolyData) -> Result<(), VtkHdfError>,
+) -> Result<usize, VtkHdfError> {
+    let reader = Reader::open(path).map_err(|e| e.at(path))?;
+    if reader.count < count {
+        let problem = format!("it holds {} steps, {count} are asked for", reader.count);
+        return Err(damaged(problem).at(path));
+    }
+    for step in 0..count {
+        visit(reader.read(Some(step)).map_err(|e| e.at(path))?)?;
+    }
+    Ok(reader.count)
+}
+
 /// Reads one field of one step of the file at `path`.
 ///
 /// # Errors

@@ -4,16 +4,36 @@ use super::{CELL_GROUPS, POLYGONS, VERTICES, VtkHdfError};
 use crate::output::polydata::{Cells, PointField, PolyData};
 use hdf5::types::FixedAscii;
 use hdf5::{Dataset, Extent, File, Group, H5Type, SimpleExtents};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// An open VTKHDF file that takes frame after frame.
 #[derive(Debug)]
 pub struct VtkHdfWriter {
     path: PathBuf,
-    file: File,
-    root: Group,
+    /// `None` after a failure.
+    open: Option<Open>,
     fields: Option<Vec<(String, usize)>>,
     steps: i64,
+}
+
+/// What is open of a file. HDF5 crashes when it closes what it could not write, as on a full disk: so datasets stay
+/// open until all is written, and after a failure nothing is closed any more.
+#[derive(Debug)]
+struct Open {
+    file: File,
+    root: Group,
+    datasets: HashMap<String, Dataset>,
+}
+
+impl Open {
+    /// The dataset at `path` below the root.
+    fn dataset(&mut self, path: &str) -> hdf5::Result<&Dataset> {
+        if !self.datasets.contains_key(path) {
+            self.datasets.insert(path.to_owned(), self.root.dataset(path)?);
+        }
+        self.datasets.get(path).ok_or_else(|| "a dataset is lost".into())
+    }
 }
 
 impl VtkHdfWriter {
@@ -31,9 +51,32 @@ impl VtkHdfWriter {
             Ok((file, root))
         };
         let (file, root) = open().map_err(|e| write_error(path, &e))?;
-        let writer = Self { path: path.into(), file, root, fields: None, steps: 0 };
-        writer.layout().map_err(|e| write_error(path, &e))?;
+        let mut writer = Self { path: path.into(), open: None, fields: None, steps: 0 };
+        writer.open = Some(Open { file, root, datasets: HashMap::new() });
+        writer.attempt(layout)?;
         Ok(writer)
+    }
+
+    /// Opens a file to append to it.
+    ///
+    /// # Errors
+    /// When it can not be opened or is no file of this writer.
+    pub fn open(path: &Path) -> Result<Self, VtkHdfError> {
+        let open = || -> hdf5::Result<Self> {
+            let file = File::open_rw(path)?;
+            let root = file.group("VTKHDF")?;
+            let steps: i64 = root.group("Steps")?.attr("NSteps")?.read_scalar()?;
+            let data = root.group("PointData")?;
+            let mut fields = Vec::new();
+            for name in data.member_names()? {
+                let components = data.dataset(&name)?.shape().get(1).copied().unwrap_or(1);
+                fields.push((name, components));
+            }
+            fields.sort();
+            let open = Open { file, root, datasets: HashMap::new() };
+            Ok(Self { path: path.into(), open: Some(open), fields: (steps > 0).then_some(fields), steps })
+        };
+        open().map_err(|e| write_error(path, &e))
     }
 
     /// Appends a frame and flushes, so that the file is readable up to here whatever comes next.
@@ -42,101 +85,118 @@ impl VtkHdfWriter {
     /// When the frame is inconsistent, has other fields than the first one, or can not be stored.
     pub fn append(&mut self, frame: &PolyData) -> Result<(), VtkHdfError> {
         frame.check().map_err(|what| self.refuse(what))?;
-        let fields: Vec<_> = frame.fields.iter().map(|f| (f.name.clone(), f.components)).collect();
+        let mut fields: Vec<_> = frame.fields.iter().map(|f| (f.name.clone(), f.components)).collect();
+        fields.sort();
         match &self.fields {
             Some(first) if *first != fields => {
                 return Err(self.refuse(format!("fields changed from {first:?} to {fields:?}")));
             }
             Some(_) => {}
             None => {
-                self.create_fields(&frame.fields).map_err(|e| write_error(&self.path, &e))?;
+                self.attempt(|open| create_fields(open, &frame.fields))?;
                 self.fields = Some(fields);
             }
         }
-        self.write(frame).map_err(|e| write_error(&self.path, &e))
+        let steps = self.steps;
+        self.attempt(|open| write(open, frame, steps))?;
+        self.steps += 1;
+        Ok(())
+    }
+
+    /// Changes the file; after a failure nothing of it is touched any more.
+    fn attempt(&mut self, change: impl FnOnce(&mut Open) -> hdf5::Result<()>) -> Result<(), VtkHdfError> {
+        let Some(open) = &mut self.open else {
+            return Err(write_error(&self.path, &"an earlier attempt has failed".into()));
+        };
+        let changed = change(open);
+        if changed.is_err() {
+            std::mem::forget(self.open.take());
+        }
+        changed.map_err(|e| write_error(&self.path, &e))
     }
 
     fn refuse(&self, problem: String) -> VtkHdfError {
         VtkHdfError::new(&self.path, problem, "this is a mistake of the program that writes the file")
     }
+}
 
-    /// Creates every dataset but the fields, empty.
-    fn layout(&self) -> hdf5::Result<()> {
-        dataset::<f64>(&self.root, "Points", Some(3), POINT_CHUNK)?;
-        dataset::<i64>(&self.root, "NumberOfPoints", None, STEP_CHUNK)?;
-        for name in CELL_GROUPS {
-            let group = self.root.create_group(name)?;
-            for counter in ["NumberOfCells", "NumberOfConnectivityIds"] {
-                dataset::<i64>(&group, counter, None, STEP_CHUNK)?;
-            }
-            for ids in ["Offsets", "Connectivity"] {
-                dataset::<i64>(&group, ids, None, POINT_CHUNK)?;
-            }
+/// Creates every dataset but the fields, empty.
+fn layout(open: &mut Open) -> hdf5::Result<()> {
+    let root = &open.root;
+    dataset::<f64>(root, "Points", Some(3), POINT_CHUNK)?;
+    dataset::<i64>(root, "NumberOfPoints", None, STEP_CHUNK)?;
+    for name in CELL_GROUPS {
+        let group = root.create_group(name)?;
+        for counter in ["NumberOfCells", "NumberOfConnectivityIds"] {
+            dataset::<i64>(&group, counter, None, STEP_CHUNK)?;
         }
-        self.root.create_group("PointData")?;
-        let steps = self.root.create_group("Steps")?;
-        steps.new_attr::<i64>().create("NSteps")?.write_scalar(&0_i64)?;
-        dataset::<f64>(&steps, "Values", None, STEP_CHUNK)?;
-        for name in ["PartOffsets", "NumberOfParts", "PointOffsets"] {
-            dataset::<i64>(&steps, name, None, STEP_CHUNK)?;
+        for ids in ["Offsets", "Connectivity"] {
+            dataset::<i64>(&group, ids, None, POINT_CHUNK)?;
         }
-        for name in ["CellOffsets", "ConnectivityIdOffsets"] {
-            dataset::<i64>(&steps, name, Some(4), STEP_CHUNK)?;
-        }
-        steps.create_group("PointDataOffsets")?;
-        self.file.flush()
+    }
+    root.create_group("PointData")?;
+    let steps = root.create_group("Steps")?;
+    steps.new_attr::<i64>().create("NSteps")?.write_scalar(&0_i64)?;
+    dataset::<f64>(&steps, "Values", None, STEP_CHUNK)?;
+    for name in ["PartOffsets", "NumberOfParts", "PointOffsets"] {
+        dataset::<i64>(&steps, name, None, STEP_CHUNK)?;
+    }
+    for name in ["CellOffsets", "ConnectivityIdOffsets"] {
+        dataset::<i64>(&steps, name, Some(4), STEP_CHUNK)?;
+    }
+    steps.create_group("PointDataOffsets")?;
+    open.file.flush()
+}
+
+fn create_fields(open: &mut Open, fields: &[PointField]) -> hdf5::Result<()> {
+    let (data, offsets) = (open.root.group("PointData")?, open.root.group("Steps/PointDataOffsets")?);
+    for f in fields {
+        let columns = (f.components > 1).then_some(f.components);
+        dataset::<f64>(&data, &f.name, columns, POINT_CHUNK)?;
+        dataset::<i64>(&offsets, &f.name, None, STEP_CHUNK)?;
+    }
+    Ok(())
+}
+
+/// Appends frame number `step`. The data come first and the number of steps last: a reader never sees half a frame.
+fn write(open: &mut Open, frame: &PolyData, step: i64) -> hdf5::Result<()> {
+    let n = frame.points.len() as i64;
+    let start = append_rows(open.dataset("Points")?, &frame.points)?;
+    append(open.dataset("NumberOfPoints")?, &[n])?;
+    append(open.dataset("Steps/PointOffsets")?, &[start])?;
+    for f in &frame.fields {
+        let start = append_field(open.dataset(&format!("PointData/{}", f.name))?, f)?;
+        append(open.dataset(&format!("Steps/PointDataOffsets/{}", f.name))?, &[start])?;
     }
 
-    fn create_fields(&self, fields: &[PointField]) -> hdf5::Result<()> {
-        let (data, offsets) = (self.root.group("PointData")?, self.root.group("Steps/PointDataOffsets")?);
-        for f in fields {
-            let columns = (f.components > 1).then_some(f.components);
-            dataset::<f64>(&data, &f.name, columns, POINT_CHUNK)?;
-            dataset::<i64>(&offsets, &f.name, None, STEP_CHUNK)?;
-        }
-        Ok(())
+    let (mut cells, mut ids) = ([0_i64; 4], [0_i64; 4]);
+    for (i, name) in CELL_GROUPS.iter().enumerate() {
+        let (offsets, connectivity): (Vec<i64>, Vec<i64>) = match &frame.cells {
+            Cells::Vertices if i == VERTICES => ((0..=n).collect(), (0..n).collect()),
+            Cells::Triangles(t) if i == POLYGONS => (
+                (0..=t.len() as i64).map(|k| 3 * k).collect(),
+                t.iter().flatten().map(|&p| i64::from(p)).collect(),
+            ),
+            _ => (vec![0], Vec::new()),
+        };
+        let mut of = |quantity: &str, values: &[i64]| -> hdf5::Result<i64> {
+            append(open.dataset(&format!("{name}/{quantity}"))?, values)
+        };
+        // A list of c cells has c + 1 offsets, and readers add one entry a part themselves.
+        cells[i] = of("Offsets", &offsets)? - step;
+        ids[i] = of("Connectivity", &connectivity)?;
+        of("NumberOfCells", &[offsets.len() as i64 - 1])?;
+        of("NumberOfConnectivityIds", &[connectivity.len() as i64])?;
     }
+    append_rows(open.dataset("Steps/CellOffsets")?, &[cells])?;
+    append_rows(open.dataset("Steps/ConnectivityIdOffsets")?, &[ids])?;
 
-    /// The data come first and the number of steps last: a reader never sees half a frame.
-    fn write(&mut self, frame: &PolyData) -> hdf5::Result<()> {
-        let n = frame.points.len() as i64;
-        let steps = self.root.group("Steps")?;
-        let start = append_rows(&self.root.dataset("Points")?, &frame.points)?;
-        append(&self.root.dataset("NumberOfPoints")?, &[n])?;
-        append(&steps.dataset("PointOffsets")?, &[start])?;
-        for f in &frame.fields {
-            let start = append_field(&self.root.dataset(&format!("PointData/{}", f.name))?, f)?;
-            append(&steps.dataset(&format!("PointDataOffsets/{}", f.name))?, &[start])?;
-        }
-
-        let (mut cells, mut ids) = ([0_i64; 4], [0_i64; 4]);
-        for (i, name) in CELL_GROUPS.iter().enumerate() {
-            let group = self.root.group(name)?;
-            let (offsets, connectivity): (Vec<i64>, Vec<i64>) = match &frame.cells {
-                Cells::Vertices if i == VERTICES => ((0..=n).collect(), (0..n).collect()),
-                Cells::Triangles(t) if i == POLYGONS => (
-                    (0..=t.len() as i64).map(|k| 3 * k).collect(),
-                    t.iter().flatten().map(|&p| i64::from(p)).collect(),
-                ),
-                _ => (vec![0], Vec::new()),
-            };
-            // A list of c cells has c + 1 offsets, and readers add one entry a part themselves.
-            cells[i] = append(&group.dataset("Offsets")?, &offsets)? - self.steps;
-            ids[i] = append(&group.dataset("Connectivity")?, &connectivity)?;
-            append(&group.dataset("NumberOfCells")?, &[offsets.len() as i64 - 1])?;
-            append(&group.dataset("NumberOfConnectivityIds")?, &[connectivity.len() as i64])?;
-        }
-        append_rows(&steps.dataset("CellOffsets")?, &[cells])?;
-        append_rows(&steps.dataset("ConnectivityIdOffsets")?, &[ids])?;
-
-        append(&steps.dataset("PartOffsets")?, &[self.steps])?;
-        append(&steps.dataset("NumberOfParts")?, &[1_i64])?;
-        append(&steps.dataset("Values")?, &[frame.time])?;
-        self.file.flush()?;
-        self.steps += 1;
-        steps.attr("NSteps")?.write_scalar(&self.steps)?;
-        self.file.flush()
-    }
+    append(open.dataset("Steps/PartOffsets")?, &[step])?;
+    append(open.dataset("Steps/NumberOfParts")?, &[1_i64])?;
+    append(open.dataset("Steps/Values")?, &[frame.time])?;
+    open.file.flush()?;
+    open.root.group("Steps")?.attr("NSteps")?.write_scalar(&(step + 1))?;
+    open.file.flush()
 }
 
 /// Rows a chunk of the arrays over points and cells, and of those over steps.
@@ -194,8 +254,15 @@ fn append_field(dataset: &Dataset, field: &PointField) -> hdf5::Result<i64> {
 fn write_error(path: &Path, e: &hdf5::Error) -> VtkHdfError {
     VtkHdfError::new(
         path,
-        format!("cannot be written: {e}"),
+        format!("cannot be written: {}", reason(e)),
         "check that the folder exists and is writable, that the disk has room, and that no other program \
          holds the file open",
     )
+}
+
+/// What the system said, out of the long story that HDF5 makes of it.
+pub fn reason(e: &hdf5::Error) -> String {
+    let story = e.to_string();
+    let said = story.split_once("error message = '").and_then(|(_, rest)| rest.split_once('\''));
+    said.map_or_else(|| story.clone(), |(said, _)| said.to_owned())
 }

@@ -1,0 +1,65 @@
+//! What a checkpoint holds of a solid: how its particles were last laid. The rest follows from the particles
+//! and the set-up.
+
+use super::{Laid, Matter, Solid};
+use crate::error::InvalidInput;
+use crate::particles::{Field, Particles};
+use crate::state::{State, damaged};
+use crate::tensor::Vec3;
+
+/// Puts it into `state`.
+pub(super) fn save(solid: &Solid, state: &mut State) {
+    if !solid.laid_at.is_empty() {
+        state.put_matrices("body/laid_at", &solid.laid_at);
+    }
+    if let Matter::Paper(paper) = &solid.matter {
+        state.put_vectors("body/listed_at", paper.listed_at());
+    }
+    if let Some((time, u)) = &solid.laid_with {
+        state.put_whole("body/nodes", solid.laid.nodes.as_flattened());
+        state.put("body/laid_time", [*time]);
+        state.put("body/laid_displacement", u.values());
+    }
+}
+
+/// Takes it back, with `particles` of that state.
+pub(super) fn restore(solid: &mut Solid, state: &State, particles: &Particles) -> Result<(), InvalidInput> {
+    let n = particles.len();
+    let reference = particles.column(Field::Reference);
+    if state.has("body/nodes") {
+        let nodes = state.whole_of("body/nodes", 3 * n)?.as_chunks::<3>().0.to_vec();
+        let [time] = state.numbers("body/laid_time")?;
+        let u = state.real_of("body/laid_displacement", 3 * n)?.to_vec();
+        solid.laid = Laid {
+            nodes,
+            undeformed: (0..n).map(|a| reference.vector(a)).collect(),
+            volume: particles.column(Field::Volume).values().to_vec(),
+        };
+        let (setup, laid) = (&solid.setup, &solid.laid);
+        let mut elastic = solid
+            .undeformed
+            .deformed(setup, laid, &solid.holds, time, &u)
+            .map_err(|e| damaged("body/laid_displacement", &format!("can not be laid: {e}")))?;
+        elastic.loads = laid.loads(setup, &elastic, &mut None)?;
+        solid.matter = Matter::new(setup, elastic);
+        solid.laid_with = Some((time, crate::particles::Column::from_vec(u, n)));
+    } else if n != solid.laid.nodes.len() {
+        return Err(damaged("body/nodes", "is missing"));
+    } else {
+        // Weights found for the sampled particles stay good.
+        solid.probed = reference.share();
+        solid.surface.1 = reference.share();
+    }
+    // Empty where remeshing does not go by the strain.
+    if !solid.laid_at.is_empty() {
+        solid.laid_at = state.matrices("body/laid_at", n)?;
+    }
+    if let (Matter::Paper(paper), true) = (&mut solid.matter, state.has("body/listed_at")) {
+        let count = state.real("body/listed_at")?.len() / 3;
+        if count != 0 {
+            let positions: Vec<Vec3> = state.vectors("body/listed_at", n)?;
+            paper.list_at(positions);
+        }
+    }
+    Ok(())
+}

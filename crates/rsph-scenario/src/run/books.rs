@@ -1,0 +1,107 @@
+//! What a run keeps account of besides the simulation: where it began, how often it samples, how long it took.
+
+use super::Progress;
+use rsph_core::error::InvalidInput;
+use rsph_core::simulation::Simulation;
+use rsph_core::state::State;
+use std::time::Instant;
+
+/// A run records its probes at least this often, or at every step if it has fewer.
+const MIN_SAMPLES: u64 = 1000;
+
+/// The books of a run.
+#[derive(Clone, Debug)]
+pub(super) struct Books {
+    /// Time at which it began; frames are counted from there.
+    pub origin: f64,
+    /// Steps between two samples.
+    pub stride: u64,
+    /// Frames after the first one, or equilibria, that are done.
+    pub done: u64,
+    /// Steps at the last sample and at the last frame.
+    pub last_sample: Option<u64>,
+    /// See `last_sample`.
+    pub last_frame: Option<u64>,
+    /// Wall time before this program took over (s).
+    wall_before: f64,
+    wall: Instant,
+    /// Steps and right-hand sides before this program took over.
+    before: [u64; 2],
+}
+
+impl Books {
+    /// Those of a run of `simulation` up to `until`.
+    pub fn begin(s: &Simulation, until: f64) -> Self {
+        Self {
+            origin: s.time(),
+            stride: sample_stride(until - s.time(), s.description().dt),
+            done: 0,
+            last_sample: None,
+            last_frame: None,
+            wall_before: 0.0,
+            wall: Instant::now(),
+            before: [0, 0],
+        }
+    }
+
+    /// Wall time of the run so far (s).
+    pub fn wall_seconds(&self) -> f64 {
+        self.wall_before + self.wall.elapsed().as_secs_f64()
+    }
+
+    /// Puts the books into `state`.
+    pub fn save(&self, state: &mut State) {
+        state.put("run/times", [self.origin, self.wall_seconds()]);
+        let step = |last: Option<u64>| last.map_or(-1, |step| step as i64);
+        let counts = [self.stride as i64, self.done as i64, step(self.last_sample), step(self.last_frame)];
+        state.put_whole("run/counts", counts);
+    }
+
+    /// Takes them back for `simulation`, whose state is restored.
+    ///
+    /// # Errors
+    /// What is missing or damaged.
+    pub fn restore(&mut self, state: &State, s: &Simulation) -> Result<(), InvalidInput> {
+        [self.origin, self.wall_before] = state.numbers("run/times")?;
+        let counts = state.whole_of("run/counts", 4)?;
+        let step = |last: i64| u64::try_from(last).ok();
+        self.stride = step(counts[0]).unwrap_or(1).max(1);
+        self.done = step(counts[1]).unwrap_or(0);
+        (self.last_sample, self.last_frame) = (step(counts[2]), step(counts[3]));
+        self.before = [s.step_count(), s.rhs_evaluations()];
+        self.wall = Instant::now();
+        Ok(())
+    }
+
+    /// How far the run up to `until` is; rates are those since this program took over.
+    pub fn progress(&self, s: &Simulation, until: f64) -> Progress {
+        let seconds = self.wall.elapsed().as_secs_f64().max(1e-9);
+        let [steps, updates] = self.before;
+        Progress {
+            time: s.time(),
+            until,
+            step: s.step_count(),
+            steps_per_second: (s.step_count() - steps) as f64 / seconds,
+            updates_per_second: (s.rhs_evaluations() - updates) as f64 * s.description().particles as f64
+                / seconds,
+        }
+    }
+}
+
+/// Steps between two samples.
+fn sample_stride(duration: f64, dt: f64) -> u64 {
+    let steps = (duration / dt).ceil();
+    if steps.is_finite() { (steps as u64 / MIN_SAMPLES).max(1) } else { 1 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_run_still_has_a_thousand_samples() {
+        assert_eq!(sample_stride(3.0, 0.001), 3);
+        assert_eq!(sample_stride(0.5, 0.001), 1);
+        assert_eq!(sample_stride(3.0, 0.0), 1);
+    }
+}

@@ -1,0 +1,112 @@
+//! A run that goes on from its checkpoint: the same scenario, and the same state.
+
+use super::books::Books;
+use crate::output::VERSION;
+use crate::output::checkpoint::{Checkpoint, CheckpointError};
+use crate::scenario::LoadedScenario;
+use rsph_core::simulation::Simulation;
+use std::path::Path;
+use toml::{Table, Value};
+
+/// Keys of the scenario that say nothing about its results.
+const FREE: &[&str] = &["output.checkpoint"];
+/// Most keys that a message names.
+const MOST_KEYS: usize = 8;
+
+/// Makes sure that the checkpoint is one of this scenario.
+///
+/// # Errors
+/// The keys that differ.
+pub(super) fn check_scenario(
+    folder: &Path,
+    scenario: &LoadedScenario,
+    checkpoint: &Checkpoint,
+) -> Result<(), CheckpointError> {
+    let (now, then) = (scenario.as_run_anywhere(), &checkpoint.scenario);
+    if now == *then {
+        return Ok(());
+    }
+    let parse = |text: &str| text.parse::<Table>().unwrap_or_default();
+    let mut keys = Vec::new();
+    differing("", &Value::Table(parse(then)), &Value::Table(parse(&now)), &mut keys);
+    keys.retain(|key| !FREE.iter().any(|free| key.starts_with(free)));
+    if keys.is_empty() {
+        return Ok(());
+    }
+    let more = keys.len().saturating_sub(MOST_KEYS);
+    keys.truncate(MOST_KEYS);
+    let names = keys.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ");
+    let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+    Err(CheckpointError::new(
+        folder,
+        format!("belongs to another scenario: {names}{more} differ"),
+        "resume with the scenario as it was (scenario.toml in that folder, without `--set`), or run from the start \
+         with `--force`",
+    ))
+}
+
+/// Adds the keys at which two values differ.
+fn differing(path: &str, a: &Value, b: &Value, keys: &mut Vec<String>) {
+    let below = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+    match (a, b) {
+        (Value::Table(a), Value::Table(b)) => {
+            for (key, value) in a {
+                match b.get(key) {
+                    Some(other) => differing(&below(key), value, other, keys),
+                    None => keys.push(below(key)),
+                }
+            }
+            keys.extend(b.keys().filter(|key| !a.contains_key(*key)).map(|key| below(key)));
+        }
+        (Value::Array(a), Value::Array(b)) if a.len() == b.len() && a.iter().all(Value::is_table) => {
+            for (i, (a, b)) in a.iter().zip(b).enumerate() {
+                differing(&format!("{path}[{i}]"), a, b, keys);
+            }
+        }
+        _ if a != b => keys.push(path.to_owned()),
+        _ => {}
+    }
+}
+
+/// What to tell the user about a checkpoint.
+pub(super) fn note(checkpoint: &Checkpoint) -> Option<String> {
+    let version = &checkpoint.version;
+    (version != VERSION).then(|| {
+        format!("the run was begun by rsph {version}: with this version, {VERSION}, results may differ in the last digits")
+    })
+}
+
+/// Takes back the state of simulation and run.
+///
+/// # Errors
+/// When it is not that of this body.
+pub(super) fn restore(
+    folder: &Path,
+    checkpoint: &Checkpoint,
+    simulation: &mut Simulation,
+    books: &mut Books,
+) -> Result<(), CheckpointError> {
+    let state = &checkpoint.state;
+    simulation
+        .set_state(state)
+        .and_then(|()| books.restore(state, simulation))
+        .map_err(|e| CheckpointError::new(folder, format!("`{}`: {}", e.key, e.problem), e.remedy))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_keys_that_differ_are_named() {
+        let parse = |text: &str| Value::Table(text.parse().unwrap());
+        let a = parse("title = \"a\"\n[time]\nuntil = 1.0\n[[load]]\nx = [1, 2]\n");
+        let b = parse("title = \"a\" # comment\n[time]\nuntil = 2.0\ndt = 1\n[[load]]\nx = [1, 3]\n");
+        let mut keys = Vec::new();
+        differing("", &a, &b, &mut keys);
+        assert_eq!(keys, ["load[0].x", "time.until", "time.dt"]);
+        keys.clear();
+        differing("", &a, &a, &mut keys);
+        assert!(keys.is_empty());
+    }
+}
