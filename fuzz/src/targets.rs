@@ -3,13 +3,16 @@
 
 use miette::{GraphicalReportHandler, GraphicalTheme};
 use rsph_core::sample::Resolution;
+use rsph_core::setup::Setup;
 use rsph_core::shape::{MeshShape, voxel_shape};
 use rsph_core::simulation::Simulation;
 use rsph_scenario::label_map::{Axes, read_label};
 use rsph_scenario::mesh_io::read_mesh;
-use rsph_scenario::output::vtkhdf;
+use rsph_scenario::output::checkpoint::Checkpoint;
+use rsph_scenario::output::{self, vtkhdf};
 use rsph_scenario::scenario::{LoadedScenario, ScenarioError};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 /// Reads bytes.
 pub type Target = fn(&[u8]);
@@ -25,6 +28,7 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("gltf", |bytes| mesh(bytes, "gltf")),
     ("nifti", nifti),
     ("vtkhdf", results),
+    ("checkpoint", checkpoint),
 ];
 
 /// A scenario up to what the core would simulate; messages are rendered as for a user.
@@ -107,6 +111,26 @@ fn results(bytes: &[u8]) {
         }
         let _ = vtkhdf::read_step(path, None);
     });
+}
+
+/// A checkpoint, and a simulation that goes on from it.
+fn checkpoint(bytes: &[u8]) {
+    const TEXT: &str = include_str!("../checkpoint.toml");
+    static SETUP: LazyLock<Option<Setup>> = LazyLock::new(|| {
+        let loaded = LoadedScenario::from_text("f.toml", TEXT.into(), PathBuf::new(), &[]);
+        Some(loaded.and_then(|s| s.lower()).ok()?.setup)
+    });
+    let Ok(folder) = tempfile::tempdir() else { return };
+    if std::fs::write(folder.path().join(output::checkpoint::FILE), bytes).is_err() {
+        return;
+    }
+    let Ok(stored) = Checkpoint::read(folder.path()) else { return };
+    let setup = SETUP.clone().expect("a scenario");
+    let mut simulation = Simulation::new(setup).expect("a simulation");
+    if simulation.set_state(&stored.state).is_ok() {
+        let _ = simulation.step().and_then(|()| simulation.step());
+        let _ = (simulation.snapshot(), simulation.readings());
+    }
 }
 
 /// Hands over a file with these bytes, in a folder of its own.

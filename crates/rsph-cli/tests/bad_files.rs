@@ -41,6 +41,18 @@ fn arguments(bench: &Bench, name: &str) -> Vec<String> {
     let body = match name.rsplit('.').next() {
         Some("toml") => return ["run", name, "--output", "results"].map(String::from).to_vec(),
         Some("vtkhdf") => return ["info", name].map(String::from).to_vec(),
+        Some("h5") => {
+            // The scenario that it belongs to, and results that nobody comes to read: the checkpoint is first.
+            let scenario = include_str!("../../../fuzz/checkpoint.toml");
+            bench.write("around.toml", scenario);
+            bench.write("results/checkpoint.h5", fs::read(folder().join(name)).unwrap());
+            let results = ["particles.vtkhdf", "surface.vtkhdf", "probes.csv"];
+            for result in results.into_iter().filter(|_| name != "results_not_there.h5") {
+                bench.write(&format!("results/{result}"), "");
+            }
+            let words = ["run", "around.toml", "--output", "results", "--resume"];
+            return words.map(String::from).to_vec();
+        }
         Some("nii" | "gz") => format!("labelmap = {{ path = \"{name}\", label = 2 }}"),
         _ => format!("shape = {{ mesh = {{ path = \"{name}\" }} }}"),
     };
@@ -136,5 +148,27 @@ fn every_expectation_belongs_to_an_input() {
         if let Some(input) = name.strip_suffix(".expected") {
             assert!(inputs.iter().any(|i| i == input), "{name} without {input}");
         }
+    }
+}
+
+/// Results go into the folder that is named, or nowhere.
+#[test]
+fn places_that_can_not_hold_results_are_refused() {
+    let bench = Bench::new();
+    surroundings(&bench);
+    bench.write("around.toml", include_str!("../../../fuzz/checkpoint.toml"));
+    // The last is a folder of the system in which nobody can make one.
+    let places =
+        ["around.toml", "around.toml/deeper", "circle.stl", "circle.stl/deeper", "/proc/rsph-results"];
+    let before = listing(&bench);
+    for place in places.into_iter().filter(|p| cfg!(target_os = "linux") || !p.starts_with("/proc")) {
+        let done = bench.rsph(&["run", "around.toml", "--output", place]);
+        assert_eq!(done.code, Some(2), "{place}: {}", done.err);
+        for part in
+            ["cannot write to the output folder", place, "help: choose another folder with `--output`"]
+        {
+            assert!(done.err.contains(part), "{place}: no {part:?} in\n{}", done.err);
+        }
+        assert_eq!(listing(&bench), before, "{place}");
     }
 }

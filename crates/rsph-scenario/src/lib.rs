@@ -1,4 +1,5 @@
 //! Scenario files, the run loop and what surrounds a simulation.
+#![forbid(unsafe_code)]
 
 pub mod label_map;
 mod lower;

@@ -5,6 +5,9 @@ use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
 use std::fmt;
 use std::ops::Range;
 
+/// A text with longer lines (bytes) is not shown: it was not written by hand.
+const LONGEST_LINE: usize = 1000;
+
 /// Wrong input, with its place in the scenario file (or the `--set` that brought it in).
 #[derive(Clone, Debug)]
 pub struct ScenarioError {
@@ -69,6 +72,11 @@ impl ScenarioError {
         let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
         Some(format!("{name}:{line}:{column}"))
     }
+
+    /// The place, if a terminal can show it.
+    fn shown(&self) -> Option<&Place> {
+        self.place.as_deref().filter(|p| p.source.inner().lines().all(|line| line.len() <= LONGEST_LINE))
+    }
 }
 
 impl fmt::Display for ScenarioError {
@@ -96,11 +104,11 @@ impl Diagnostic for ScenarioError {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.place.as_ref().map(|p| &p.source as &dyn SourceCode)
+        self.shown().map(|p| &p.source as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let place = self.place.as_ref()?;
+        let place = self.shown()?;
         let label = LabeledSpan::new_with_span(Some("here".into()), place.span.clone());
         Some(Box::new(std::iter::once(label)))
     }

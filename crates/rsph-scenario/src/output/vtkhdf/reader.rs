@@ -2,10 +2,9 @@
 //! it is used to size or index anything.
 
 use super::{CELL_GROUPS, POLYGONS, VERTICES, VtkHdfError};
+use crate::output::foreign;
 use crate::output::polydata::{Cells, PointField, PolyData};
-use hdf5::dataset::Layout;
 use hdf5::{Dataset, File, Group, H5Type};
-use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
@@ -108,15 +107,6 @@ fn damaged(what: impl Into<String>) -> Problem {
     )
 }
 
-/// The first bytes of an HDF5 file.
-const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
-
-fn start(path: &Path) -> Option<[u8; 8]> {
-    let mut bytes = [0; 8];
-    std::fs::File::open(path).ok()?.read_exact(&mut bytes).ok()?;
-    Some(bytes)
-}
-
 struct Reader {
     root: Group,
     steps: Group,
@@ -130,13 +120,7 @@ impl Reader {
             Problem(format!("cannot be opened: {e}"), "check the path and its permissions".into())
         })?;
         let bytes = info.len();
-        if !info.is_file() {
-            let remedy = "give a particles.vtkhdf or surface.vtkhdf of a run";
-            return Err(Problem("is no regular file".into(), remedy.into()));
-        }
-        if start(path) != Some(SIGNATURE) {
-            return Err(damaged("it does not begin as an HDF5 file does"));
-        }
+        foreign::check_file(path).map_err(damaged)?;
         let file = File::open(path)?;
         let root = file.group("VTKHDF").map_err(|_| damaged("it has no group `VTKHDF`"))?;
         let steps = root
@@ -317,24 +301,9 @@ impl Reader {
         if rows.end > stored {
             return Err(damaged(format!("`{name}` has {stored} rows, row {} is asked for", rows.end - 1)));
         }
-        let layout = dataset.create_plist()?;
-        let elsewhere = dataset.filename() != self.root.filename() || !layout.external().is_empty();
-        if elsewhere || layout.layout() == Layout::Virtual {
-            return Err(damaged(format!("`{name}` lies in another file")));
-        }
-        if !layout.filters().is_empty() {
-            return Err(Problem(
-                format!("`{name}` is compressed, which is not read here"),
-                "unpack the file with `h5repack -f NONE`".into(),
-            ));
-        }
-        // Rows that were never written take no room in the file, however many are announced.
         let row_values = shape.iter().skip(1).fold(1_u64, |p, d| p.saturating_mul(*d as u64));
-        let bytes =
-            (rows.len() as u64).saturating_mul(row_values).saturating_mul(dataset.dtype()?.size() as u64);
-        if bytes > dataset.storage_size() || bytes > self.bytes {
-            return Err(damaged(format!("`{name}` claims more values than the file holds")));
-        }
+        let count = (rows.len() as u64).saturating_mul(row_values);
+        foreign::check_dataset(&dataset, name, &self.root.filename(), count)?;
         Ok(dataset)
     }
 }
