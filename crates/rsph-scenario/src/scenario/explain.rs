@@ -64,7 +64,6 @@ pub fn remedy_at(path: &KeyPath) -> String {
 
 /// Replaces the names of Rust types by what they mean to a user.
 fn in_plain_words(message: &str) -> String {
-    let message = &message.replace("type: sequence,", "type: list,").replace("type: map,", "type: table,");
     const WORDS: &[(&str, &str)] = &[
         ("expected f64", "a number is allowed"),
         ("expected usize", "a whole number, 0 or more, is allowed"),
@@ -78,6 +77,7 @@ fn in_plain_words(message: &str) -> String {
         ("expected a sequence", "a list is allowed"),
         ("expected string or table", "a name or a table is allowed"),
     ];
+    let message = &message.replace("type: sequence,", "type: list,").replace("type: map,", "type: table,");
     for (rust, plain) in WORDS {
         if let Some(start) = message.strip_suffix(rust) {
             return format!("{start}{plain}");
