@@ -101,7 +101,7 @@ impl Checkpoint {
             .map_err(|e| CheckpointError::new(folder, format!("there is no checkpoint: {e}"), again))?;
         let damaged =
             |e: hdf5::Error| CheckpointError::new(folder, format!("not a readable checkpoint: {e}"), again);
-        foreign::check_file(&path).map_err(|e| damaged(e.into()))?;
+        foreign::check_file(&path, u64::MAX).map_err(|e| damaged(e.into()))?;
         let file = File::open(&path).map_err(damaged)?;
         let format = format(&file).map_err(damaged)?;
         if format != FORMAT {

@@ -1,5 +1,7 @@
 //! HDF5 files that may come from anywhere: what is checked before the library reads numbers from them.
 
+mod heaps;
+
 use hdf5::Dataset;
 use hdf5::dataset::Layout;
 use std::fs::File;
@@ -9,20 +11,25 @@ use std::path::Path;
 /// The first bytes of an HDF5 file.
 const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
 
-/// Refuses a file that is no HDF5 file at all.
+/// Refuses a file that is no HDF5 file, or whose tables of names in its first `limit` bytes keep the library busy for
+/// ever.
 ///
 /// # Errors
 /// What it is instead.
-pub fn check_file(path: &Path) -> Result<(), String> {
+pub fn check_file(path: &Path, limit: u64) -> Result<(), String> {
     let mut start = [0; 8];
     let is_file = std::fs::metadata(path).is_ok_and(|info| info.is_file());
     if !is_file {
         return Err("it is not a regular file".into());
     }
-    match File::open(path).and_then(|mut file| file.read_exact(&mut start)) {
-        Ok(()) if start == SIGNATURE => Ok(()),
-        _ => Err("it does not begin as an HDF5 file does".into()),
+    let mut file = File::open(path).map_err(|e| e.to_string())?;
+    if file.read_exact(&mut start).is_err() || start != SIGNATURE {
+        return Err("it does not begin as an HDF5 file does".into());
     }
+    if heaps::has_endless_list(&mut file, limit).map_err(|e| e.to_string())? {
+        return Err("a list of its free room runs in a circle".into());
+    }
+    Ok(())
 }
 
 /// Refuses to read `count` values of a dataset, called `name`, that does not hold them itself: announced only, packed, or

@@ -107,6 +107,9 @@ fn damaged(what: impl Into<String>) -> Problem {
     )
 }
 
+/// Where the tables of names are in a file of results: they are made before the first frame.
+const TABLES: u64 = 16_000_000;
+
 struct Reader {
     root: Group,
     steps: Group,
@@ -120,7 +123,7 @@ impl Reader {
             Problem(format!("cannot be opened: {e}"), "check the path and its permissions".into())
         })?;
         let bytes = info.len();
-        foreign::check_file(path).map_err(damaged)?;
+        foreign::check_file(path, TABLES).map_err(damaged)?;
         let file = File::open(path)?;
         let root = file.group("VTKHDF").map_err(|_| damaged("it has no group `VTKHDF`"))?;
         let steps = root
