@@ -43,7 +43,7 @@ pub struct Lattice {
     /// Particle of every cell of the padded box, or [`NO_PARTICLE`].
     pub particle_at: Vec<u32>,
     /// Cell of the padded box of every particle.
-    pub cell_of: Vec<usize>,
+    cell_of: Vec<u32>,
     /// Isotropic second moment sum_b dx^3 w X_x^2 of a full neighbourhood.
     pub full_moment: f64,
     /// Cells around the grid, at least as far as the kernel reaches.
@@ -79,9 +79,9 @@ impl Lattice {
 
         let mut particle_at = vec![NO_PARTICLE; size.iter().product()];
         let cell = |c: &[usize; 3]| ((c[2] + pad) * size[1] + c[1] + pad) * size[0] + c[0] + pad;
-        let cell_of: Vec<usize> = cells.iter().map(cell).collect();
+        let cell_of: Vec<u32> = cells.iter().map(|c| cell(c) as u32).collect();
         for (a, cell) in cell_of.iter().enumerate() {
-            particle_at[*cell] = a as u32;
+            particle_at[*cell as usize] = a as u32;
         }
         Self {
             origin: grid.origin,
@@ -121,13 +121,13 @@ impl Lattice {
     /// The particle at `neighbour` of particle `a`.
     #[inline(always)]
     pub fn neighbour(&self, a: usize, neighbour: &Neighbour) -> Option<usize> {
-        let b = self.particle_at[self.cell_of[a].wrapping_add_signed(neighbour.shift)];
+        let b = self.particle_at[(self.cell_of[a] as usize).wrapping_add_signed(neighbour.shift)];
         (b != NO_PARTICLE).then_some(b as usize)
     }
 
     /// (Unpadded) coordinates of the cell of a particle.
     pub fn coordinates(&self, a: usize) -> [usize; 3] {
-        let cell = self.cell_of[a];
+        let cell = self.cell_of[a] as usize;
         let row = cell / self.size[0];
         [cell % self.size[0], row % self.size[1], row / self.size[1]].map(|c| c - self.pad)
     }

@@ -12,6 +12,8 @@ use rayon::prelude::*;
 
 /// Smallest smoothing length of the weights, in spacings.
 const SMOOTHING: f64 = 1.25;
+/// Points that one task finds weights for.
+const POINTS_A_TASK: usize = 256;
 /// Particles that the support must hold at least.
 const FEWEST: usize = 8;
 /// What keeps the weight of a particle finite where a point lies on it (in square spacings), for weights
@@ -33,24 +35,43 @@ pub struct Cloud<'a> {
 #[derive(Clone, Debug, Default)]
 pub struct PointWeights {
     starts: Vec<usize>,
-    entries: Vec<(u32, f64)>,
+    particles: Vec<u32>,
+    weights: Vec<f64>,
 }
 
 impl PointWeights {
     /// Weights at `points` of the particles of `cloud`. They sum to 1 and reproduce linear fields.
     pub fn new(cloud: &Cloud<'_>, points: &[Vec3]) -> Self {
-        let rows: Vec<Vec<(u32, f64)>> = points.par_iter().map(|x| cloud.weights_at(x)).collect();
-        Self::from_rows(&rows)
+        let parts: Vec<Self> = points
+            .par_chunks(POINTS_A_TASK)
+            .map(|points| Self::from_rows(points.iter().map(|x| cloud.weights_at(x))))
+            .collect();
+        let entries = parts.iter().map(|p| p.weights.len()).sum();
+        let mut all = Self::with_capacity(points.len(), entries);
+        for part in parts {
+            let before = all.weights.len();
+            all.starts.extend(part.starts[1..].iter().map(|s| s + before));
+            all.particles.extend(part.particles);
+            all.weights.extend(part.weights);
+        }
+        all
+    }
+
+    fn with_capacity(points: usize, entries: usize) -> Self {
+        let mut starts = Vec::with_capacity(points + 1);
+        starts.push(0);
+        Self { starts, particles: Vec::with_capacity(entries), weights: Vec::with_capacity(entries) }
     }
 
     /// Weights from a list of (particle, weight) for each point.
-    pub fn from_rows(rows: &[Vec<(u32, f64)>]) -> Self {
-        let mut starts = vec![0];
-        starts.extend(rows.iter().scan(0, |sum, row| {
-            *sum += row.len();
-            Some(*sum)
-        }));
-        Self { starts, entries: rows.concat() }
+    pub fn from_rows(rows: impl IntoIterator<Item = Vec<(u32, f64)>>) -> Self {
+        let mut all = Self::with_capacity(0, 0);
+        for row in rows {
+            all.particles.extend(row.iter().map(|(a, _)| a));
+            all.weights.extend(row.iter().map(|(_, w)| w));
+            all.starts.push(all.weights.len());
+        }
+        all
     }
 
     /// Number of points.
@@ -64,14 +85,15 @@ impl PointWeights {
     }
 
     /// (particle, weight) of point `i`.
-    pub fn row(&self, i: usize) -> &[(u32, f64)] {
-        &self.entries[self.starts[i]..self.starts[i + 1]]
+    pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
+        let here = self.starts[i]..self.starts[i + 1];
+        self.particles[here.clone()].iter().copied().zip(self.weights[here].iter().copied())
     }
 
     /// One component of a column at point `i`.
     pub fn value(&self, column: &Column, component: usize, i: usize) -> f64 {
         let values = column.component(component);
-        self.row(i).iter().map(|&(a, w)| w * values[a as usize]).sum()
+        self.row(i).map(|(a, w)| w * values[a as usize]).sum()
     }
 
     /// A whole column at all points: for each point its components.
@@ -85,7 +107,7 @@ impl PointWeights {
         let total: f64 = point_weight.iter().sum();
         let mut dense = vec![0.0; particles];
         for (i, p) in point_weight.iter().enumerate() {
-            for &(a, w) in self.row(i) {
+            for (a, w) in self.row(i) {
                 dense[a as usize] += w * p / total;
             }
         }

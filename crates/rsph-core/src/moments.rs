@@ -18,57 +18,50 @@ pub struct Moments {
     pub volume: f64,
     /// L_a, the pseudo-inverse of sum V_b w X X^T.
     pub correction: Mat3,
-    /// sum V_b w X X^T, without the dropped directions.
-    pub second: Mat3,
     /// sum V_b w X.
     pub first: Vec3,
     /// sum V_b w.
     pub zeroth: f64,
 }
 
-/// The moments of all particles.
-pub fn moments(lattice: &Lattice, volume: &[f64], mirror: &Mirror) -> Vec<Moments> {
-    (0..lattice.len())
-        .into_par_iter()
-        .map(|a| {
-            let (mut second, mut first, mut zeroth) = (Mat3::zeros(), Vec3::zeros(), 0.0);
-            let mut add = |vw: f64, x: &Vec3| {
-                second += vw * x * x.transpose();
-                first += vw * x;
-                zeroth += vw;
-            };
-            for neighbour in &lattice.neighbours {
-                if let Some(b) = lattice.neighbour(a, neighbour) {
-                    add(volume[b] * neighbour.w, &neighbour.x);
-                }
+impl Moments {
+    /// Those of particle `a`.
+    pub fn new(lattice: &Lattice, volume: &[f64], mirror: &Mirror, a: usize) -> Self {
+        let (mut second, mut first, mut zeroth) = (Mat3::zeros(), Vec3::zeros(), 0.0);
+        let mut add = |vw: f64, x: &Vec3| {
+            second += vw * x * x.transpose();
+            first += vw * x;
+            zeroth += vw;
+        };
+        for neighbour in &lattice.neighbours {
+            if let Some(b) = lattice.neighbour(a, neighbour) {
+                add(volume[b] * neighbour.w, &neighbour.x);
             }
-            for ghost in mirror.ghosts_of(a) {
-                add(volume[ghost.partner as usize] * ghost.w, &ghost.x);
-            }
-            let (correction, second) = pseudo_inverse(&second, SMALLEST_MOMENT * lattice.full_moment);
-            Moments { volume: volume[a], correction, second, first, zeroth }
-        })
-        .collect()
+        }
+        for ghost in mirror.ghosts_of(a) {
+            add(volume[ghost.partner as usize] * ghost.w, &ghost.x);
+        }
+        let correction = pseudo_inverse(&second, SMALLEST_MOMENT * lattice.full_moment);
+        Self { volume: volume[a], correction, first, zeroth }
+    }
 }
 
-/// Pseudo-inverse of a symmetric matrix and the matrix itself, both without eigenvalues below
-/// `smallest`.
-fn pseudo_inverse(m: &Mat3, smallest: f64) -> (Mat3, Mat3) {
+/// Pseudo-inverse of a symmetric matrix without eigenvalues below `smallest`.
+fn pseudo_inverse(m: &Mat3, smallest: f64) -> Mat3 {
     if let Some(inverse) = m.try_inverse()
         && m.symmetric_eigenvalues().min() > smallest
     {
         // Symmetric to the last bit: the operator relies on it.
-        return (0.5 * (inverse + inverse.transpose()), *m);
+        return 0.5 * (inverse + inverse.transpose());
     }
     let eigen = m.symmetric_eigen();
-    let (mut inverse, mut kept) = (Mat3::zeros(), Mat3::zeros());
+    let mut inverse = Mat3::zeros();
     for (value, v) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
         if *value > smallest {
             inverse += v * v.transpose() / *value;
-            kept += v * v.transpose() * *value;
         }
     }
-    (inverse, kept)
+    inverse
 }
 
 /// Area vectors A_a = -sum_b V_a V_b (F_a^T L_a + F_b^T L_b) grad_a W: outward, about four layers thick

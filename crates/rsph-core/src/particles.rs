@@ -136,6 +136,12 @@ impl Column {
         Self { data: Arc::new(data), len }
     }
 
+    /// A column of values that others hold as well.
+    pub fn shared(data: Arc<Vec<f64>>, len: usize) -> Self {
+        debug_assert!(len == 0 || data.len().is_multiple_of(len));
+        Self { data, len }
+    }
+
     /// A vector column from one vector a particle.
     pub fn from_vectors(v: &[Vec3]) -> Self {
         let n = v.len();

@@ -4,11 +4,12 @@
 use crate::error::InvalidInput;
 use crate::tensor::{Mat3, Vec3};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Named arrays of numbers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct State {
-    reals: BTreeMap<String, Vec<f64>>,
+    reals: BTreeMap<String, Arc<Vec<f64>>>,
     wholes: BTreeMap<String, Vec<i64>>,
 }
 
@@ -27,7 +28,12 @@ pub(crate) trait Stateful {
 impl State {
     /// Puts an array of real numbers.
     pub fn put(&mut self, name: &str, values: impl Into<Vec<f64>>) {
-        self.reals.insert(name.to_owned(), values.into());
+        self.share(name, Arc::new(values.into()));
+    }
+
+    /// Puts an array of real numbers that others hold as well.
+    pub fn share(&mut self, name: &str, values: Arc<Vec<f64>>) {
+        self.reals.insert(name.to_owned(), values);
     }
 
     /// Puts an array of whole numbers.
@@ -65,7 +71,7 @@ impl State {
     /// # Errors
     /// When there is no such array.
     pub fn real(&self, name: &str) -> Result<&[f64], InvalidInput> {
-        self.reals.get(name).map(Vec::as_slice).ok_or_else(|| damaged(name, "is missing"))
+        self.reals.get(name).map(|values| values.as_slice()).ok_or_else(|| damaged(name, "is missing"))
     }
 
     /// Real numbers, `len` of them.

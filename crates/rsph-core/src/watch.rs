@@ -135,7 +135,7 @@ impl Watch {
         state.put("watch/sums", [self.time, self.start, self.scale]);
         state.put_counts("watch/steps", &[self.step, self.looked]);
         for (i, column) in self.good.iter().enumerate() {
-            state.put(&format!("watch/good_{i}"), column.values());
+            state.share(&format!("watch/good_{i}"), column.share());
         }
     }
 

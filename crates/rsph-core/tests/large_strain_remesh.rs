@@ -192,8 +192,7 @@ fn weights_reproduce_reference_positions() {
     let points = [Vec3::new(0.0, 1.0, 0.5), Vec3::new(0.37, 0.61, -0.5)];
     let weights = body.weights(Degree::Quadratic, &points);
     for (i, p) in points.iter().enumerate() {
-        let square: f64 =
-            weights.row(i).iter().map(|&(a, w)| w * body.reference()[a as usize].x.powi(2)).sum();
+        let square: f64 = weights.row(i).map(|(a, w)| w * body.reference()[a as usize].x.powi(2)).sum();
         assert!((square - p.x * p.x).abs() < 1e-9);
     }
 }

@@ -181,7 +181,7 @@ fn area_vectors_sum_to_the_area_of_a_face_and_vanish_inside() {
     let n = 15;
     let body = body([n; 3], 1.0 / n as f64, 1.25, 0.1, 0.3, vec![clamp()], |_| 1.0);
     let e = &body.elastic;
-    let area = area_vectors(&e.lattice, &e.moments, &e.mirror, &e.stretch);
+    let area = area_vectors(&e.lattice, &e.moments(), &e.mirror, &e.stretch);
     let column = |k: usize| area[(k * n + 7) * n + 7].z * (n * n) as f64;
     // Layers below a flat face at h = 1.25 dx: the prototype's 1.356, -.222, -.124, -.010.
     for (depth, expected) in [1.356, -0.222, -0.124, -0.010].into_iter().enumerate() {
@@ -200,7 +200,7 @@ fn static_extension(n: usize, smoothing: f64, hourglass: f64, nu: f64) -> f64 {
     let mut body = clamped_cube(n, smoothing, hourglass, nu);
     let count = body.positions.len();
     let e = &body.elastic;
-    let area = area_vectors(&e.lattice, &e.moments, &e.mirror, &e.stretch);
+    let area = area_vectors(&e.lattice, &e.moments(), &e.mirror, &e.stretch);
     let depth = 3.3 * smoothing / n as f64;
     let share = |a: usize| if body.positions[a].z > 1.0 - depth { area[a].z } else { 0.0 };
     let sum: f64 = (0..count).map(share).sum();

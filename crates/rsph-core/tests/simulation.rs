@@ -1,7 +1,9 @@
 //! Whole simulations against exact answers, and what must hold in every one of them.
 
 use rsph_core::boundary::load::{LoadedBody, nodal_loads};
+use rsph_core::boundary::nodal_load::NodalLoad;
 use rsph_core::boundary::skin::Carriers;
+use rsph_core::boundary::surface_load::for_each_panel;
 use rsph_core::error::FailureKind;
 use rsph_core::material::KelvinVoigt;
 use rsph_core::mls::Cloud;
@@ -167,10 +169,10 @@ fn loads_on_a_curved_organ_keep_force_and_moment() {
     let loads = [Load { kind: patch, ramp }, Load { kind: pressure, ramp }];
     let cloud = Cloud::new(&positions, dx);
     let fits = |places: &[Vec3]| places.iter().map(|x| cloud.fit_at(x)).collect();
-    let loads =
-        nodal_loads(&loads, &loaded, &mut None, &Carriers { positions: &positions, fits: &fits }).unwrap();
+    let loads = nodal_loads(&loads, &loaded, None, &Carriers { positions: &positions, fits: &fits }).unwrap();
     // The same quadrature, summed without particles.
-    let panels = rsph_core::boundary::surface_load::panels(liver.surface(), 0.5 * dx);
+    let mut panels = Vec::new();
+    for_each_panel(liver.surface(), 0.5 * dx, |panel, corners| panels.push((panel, *corners)));
     let patch = rsph_core::boundary::patch::Patch::on(
         liver.surface(),
         270.0,
@@ -193,7 +195,9 @@ fn loads_on_a_curved_organ_keep_force_and_moment() {
                 add(&panel.centre.x, &(-100.0 * panel.centre.area * panel.centre.normal));
             }
         }
-        let at = |a: usize| Vec3::from_fn(|c, _| load.force[c * n + a]);
+        let mut on_particles = vec![0.0; 3 * n];
+        NodalLoad::sum(std::slice::from_ref(load), f64::MAX, &mut on_particles);
+        let at = |a: usize| Vec3::from_fn(|c, _| on_particles[c * n + a]);
         let total: Vec3 = (0..n).map(at).sum();
         let turning: Vec3 = (0..n).map(|a| positions[a].cross(&at(a))).sum();
         assert!((total - force).norm() < 1e-12 * scale, "force of load {i}");

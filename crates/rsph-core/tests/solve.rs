@@ -41,7 +41,7 @@ fn smooth_load(body: &TestBody) -> Vec<f64> {
     let n = body.positions.len();
     let mut load = vec![0.0; 3 * n];
     for (a, x) in body.positions.iter().enumerate() {
-        let m = body.elastic.moments[a].volume;
+        let m = body.elastic.moments_of(a).volume;
         (load[a], load[n + a], load[2 * n + a]) = (0.3 * m, -m * (5.0 * x.x).sin(), m * x.z);
     }
     body.elastic.fixed.zero(&mut load, n);

@@ -73,7 +73,7 @@ fn check(smoothing: f64, planes: Vec<MirrorPlane>) {
                 force += n.w * tensor(b) * n.x;
             }
         }
-        for ghost in mirror.ghosts_of(a).iter().filter(|g| mirror.is_folded(g)) {
+        for ghost in mirror.ghosts_of(a).filter(|g| mirror.is_folded(g)) {
             let b = ghost.partner as usize;
             let image = ghost.w * ghost.sign.component_mul(&vector(b));
             h += image * ghost.x.transpose();

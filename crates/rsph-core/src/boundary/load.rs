@@ -41,19 +41,28 @@ pub struct LoadedBody<'a> {
 /// Forces on the particles of a load, by its number, that is a traction on the triangles.
 type OnSurface<'a> = dyn FnMut(usize, &Traction<'_>) -> Result<Vec<f64>, InvalidInput> + 'a;
 
-/// The forces of every load. `skin` is made of `carriers` when the first load needs it.
+/// The forces of every load. Where there is a place for the `skin` it is made of `carriers` when the first load
+/// needs it; if not, a single load makes what it reaches.
 ///
 /// # Errors
 /// `load[i]...` when a load acts on nothing.
 pub fn nodal_loads(
     loads: &[Load],
     body: &LoadedBody<'_>,
-    skin: &mut Option<Skin>,
+    skin: Option<&mut Option<Skin>>,
     carriers: &Carriers<'_>,
 ) -> Result<Vec<NodalLoad>, InvalidInput> {
+    let (surface, n) = (body.shape.surface(), body.mass.len());
+    let mut shared = None;
+    let mut skin = skin.or_else(|| (loads.len() > 1).then_some(&mut shared));
     let mut on_surface = |i: usize, traction: &Traction<'_>| {
-        let skin = skin.get_or_insert_with(|| Skin::new(body.shape.surface(), body.spacing, carriers));
-        skin.force(body.mass.len(), traction).ok_or_else(|| {
+        let force = match &mut skin {
+            Some(kept) => {
+                kept.get_or_insert_with(|| Skin::new(surface, body.spacing, carriers)).force(n, traction)
+            }
+            None => Skin::reached(surface, body.spacing, carriers, traction.reaches).force(n, traction),
+        };
+        force.ok_or_else(|| {
             let Bounds { min, max } = body.shape.bounds();
             let place = |v: &Vec3| format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z);
             InvalidInput::new(
@@ -110,7 +119,7 @@ pub fn nodal_loads(
                     patch.with_traction(|traction| on_surface(i, traction))
                 }
             }?;
-            Ok(NodalLoad { force, ramp: load.ramp })
+            Ok(NodalLoad::new(force, load.ramp))
         })
         .collect()
 }

@@ -11,6 +11,7 @@ use crate::lattice::Lattice;
 use crate::ops::{Fold, Folds};
 use crate::setup::Motion;
 use crate::tensor::Vec3;
+use std::collections::HashMap;
 
 /// Distance from a cell face, in cells, within which a plane counts as lying on it.
 const ON_FACE: f64 = 1e-9;
@@ -110,7 +111,17 @@ pub struct Mirror {
     folds: Folds,
     groups: Vec<Group>,
     starts: Vec<u32>,
-    ghosts: Vec<Ghost>,
+    ghosts: Vec<Seen>,
+    /// The different ghosts but for their partners: lattice and images of it leave few distances.
+    kinds: Vec<Ghost>,
+}
+
+/// A ghost in the neighbourhood of a particle, in short.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    partner: u32,
+    /// Which of the kinds.
+    kind: u32,
 }
 
 impl Mirror {
@@ -131,7 +142,9 @@ impl Mirror {
             group.folded = group.planes.iter().all(|&p| of_plane[p].is_some());
         }
         let (mut starts, mut ghosts) = (vec![0], Vec::new());
+        let (mut kinds, mut number_of) = (Vec::new(), HashMap::new());
         for (a, x_a) in positions.iter().enumerate() {
+            let cell = lattice.coordinates(a).map(|c| c as isize);
             for (g, group) in groups.iter().enumerate() {
                 let (reflection, sign) = (group.reflection, group.sign);
                 let image = group.image(&planes, x_a);
@@ -149,14 +162,16 @@ impl Mirror {
                             let x = (positions[m] - image).component_mul(&reflection);
                             let r = x.norm();
                             if r > 0.0 && r < support {
-                                ghosts.push(Ghost {
-                                    partner: m as u32,
-                                    group: g as u32,
-                                    w: kernel.gradient_weight(r),
-                                    x,
-                                    reflection,
-                                    sign,
+                                // Along a mirrored axis the sum of the two cells tells the distance.
+                                let apart: [isize; 3] = std::array::from_fn(|axis| {
+                                    [i, j, k][axis] - reflection[axis] as isize * cell[axis]
                                 });
+                                let kind = *number_of.entry((g, apart)).or_insert_with(|| {
+                                    let w = kernel.gradient_weight(r);
+                                    kinds.push(Ghost { partner: 0, group: g as u32, w, x, reflection, sign });
+                                    kinds.len() as u32 - 1
+                                });
+                                ghosts.push(Seen { partner: m as u32, kind });
                             }
                         }
                     }
@@ -167,16 +182,16 @@ impl Mirror {
         }
         let of_plane: Vec<Fold> = of_plane.into_iter().flatten().collect();
         let folds = Folds::new(&of_plane);
-        Self { planes, folds, groups, starts, ghosts }
+        ghosts.shrink_to_fit();
+        Self { planes, folds, groups, starts, ghosts, kinds }
     }
 
     /// The ghosts that particle `a` sees.
     #[inline(always)]
-    pub fn ghosts_of(&self, a: usize) -> &[Ghost] {
-        if self.ghosts.is_empty() {
-            return &[];
-        }
-        &self.ghosts[self.starts[a] as usize..self.starts[a + 1] as usize]
+    pub fn ghosts_of(&self, a: usize) -> impl ExactSizeIterator<Item = Ghost> + '_ {
+        let here =
+            if self.ghosts.is_empty() { 0..0 } else { self.starts[a] as usize..self.starts[a + 1] as usize };
+        self.ghosts[here].iter().map(|g| Ghost { partner: g.partner, ..self.kinds[g.kind as usize] })
     }
 
     /// The planes that the sums of the lattice know of.

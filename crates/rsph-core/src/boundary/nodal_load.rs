@@ -6,29 +6,111 @@ use crate::tensor::Vec3;
 /// A pattern of forces on the particles with its course in time.
 #[derive(Clone, Debug)]
 pub struct NodalLoad {
-    /// Force on each particle at factor 1, component by component (3 n values).
-    pub force: Vec<f64>,
+    pattern: Pattern,
     /// The factor.
     pub ramp: Ramp,
 }
 
+/// Forces on particles at factor 1.
+#[derive(Clone, Debug)]
+enum Pattern {
+    /// On all, component by component (3 n values).
+    All(Vec<f64>),
+    /// On some, in rising order: loads on the surface of a large body leave most particles alone.
+    Some(Vec<(u32, Vec3)>),
+}
+
 impl NodalLoad {
-    /// Sum of all loads at time `t` into `total`.
-    pub fn sum(loads: &[Self], t: f64, total: &mut [f64]) {
-        total.fill(0.0);
+    /// The force on each particle at factor 1, component by component (3 n values).
+    pub fn new(force: Vec<f64>, ramp: Ramp) -> Self {
+        let n = force.len() / 3;
+        let at = |a: usize| Vec3::new(force[a], force[n + a], force[2 * n + a]);
+        let loaded = |a: &usize| at(*a) != Vec3::zeros();
+        let count = (0..n).filter(loaded).count();
+        let pattern = if 2 * count < n {
+            let mut some = Vec::with_capacity(count);
+            some.extend((0..n).filter(loaded).map(|a| (a as u32, at(a))));
+            Pattern::Some(some)
+        } else {
+            Pattern::All(force)
+        };
+        Self { pattern, ramp }
+    }
+
+    /// Adds the loads at time `t` on the particles from `first` on to their `forces`, a list for each
+    /// component; `n` is the number of all particles.
+    pub fn add(loads: &[Self], t: f64, n: usize, first: usize, forces: [&mut [f64]; 3]) {
+        let [x, y, z] = forces;
+        let here = first..first + x.len();
         for load in loads {
             let factor = load.ramp.at(t);
-            if factor != 0.0 {
-                for (sum, f) in total.iter_mut().zip(&load.force) {
-                    *sum += factor * f;
+            if factor == 0.0 {
+                continue;
+            }
+            match &load.pattern {
+                Pattern::All(force) => {
+                    for (i, sum) in [&mut *x, &mut *y, &mut *z].into_iter().enumerate() {
+                        for (sum, f) in sum.iter_mut().zip(&force[i * n + first..]) {
+                            *sum += factor * f;
+                        }
+                    }
+                }
+                Pattern::Some(some) => {
+                    let from = some.partition_point(|(a, _)| (*a as usize) < here.start);
+                    let inside = some[from..].iter().take_while(|(a, _)| (*a as usize) < here.end);
+                    for (a, f) in inside {
+                        let a = *a as usize - first;
+                        (x[a], y[a], z[a]) = (x[a] + factor * f.x, y[a] + factor * f.y, z[a] + factor * f.z);
+                    }
                 }
             }
         }
     }
 
+    /// Sum of all loads at time `t` into `total`, component by component.
+    pub fn sum(loads: &[Self], t: f64, total: &mut [f64]) {
+        total.fill(0.0);
+        let n = total.len() / 3;
+        let (x, yz) = total.split_at_mut(n);
+        let (y, z) = yz.split_at_mut(n);
+        Self::add(loads, t, n, 0, [x, y, z]);
+    }
+
     /// Total force at factor 1.
     pub fn total(&self) -> Vec3 {
-        let n = self.force.len() / 3;
-        Vec3::from_fn(|i, _| self.force[i * n..(i + 1) * n].iter().sum())
+        match &self.pattern {
+            Pattern::All(force) => {
+                let n = force.len() / 3;
+                Vec3::from_fn(|i, _| force[i * n..(i + 1) * n].iter().sum())
+            }
+            Pattern::Some(some) => some.iter().map(|(_, f)| f).sum(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Loads on few and on all particles add up, in pieces as in one.
+    #[test]
+    fn pieces_make_the_whole() {
+        let n = 10;
+        let mut few = vec![0.0; 3 * n];
+        (few[3], few[n + 3], few[2 * n + 7]) = (1.0, -2.0, 4.0);
+        let all: Vec<f64> = (0..3 * n).map(|i| i as f64).collect();
+        let ramp = Ramp::default();
+        let loads = [NodalLoad::new(few.clone(), ramp), NodalLoad::new(all.clone(), ramp)];
+        assert!(matches!(loads[0].pattern, Pattern::Some(_)) && matches!(loads[1].pattern, Pattern::All(_)));
+        assert_eq!(loads[0].total(), Vec3::new(1.0, -2.0, 4.0));
+        let mut whole = vec![0.0; 3 * n];
+        NodalLoad::sum(&loads, f64::MAX, &mut whole);
+        assert!((0..3 * n).all(|i| whole[i] == few[i] + all[i]));
+        for (first, len) in [(0, 4), (4, 4), (8, 2)] {
+            let [mut x, mut y, mut z] = [vec![0.0; len], vec![0.0; len], vec![0.0; len]];
+            NodalLoad::add(&loads, f64::MAX, n, first, [&mut x, &mut y, &mut z]);
+            assert_eq!((&x[..], &y[..]), (&whole[first..first + len], &whole[n + first..n + first + len]));
+            assert_eq!(z[..], whole[2 * n + first..2 * n + first + len]);
+        }
     }
 }

@@ -7,13 +7,14 @@
 //! a cluster hands on is sum f and sum (x - c) f^T, however many points it has. So the work of a load that
 //! changes in every frame is one look at each panel and 12 products for each pair of a cluster and a particle.
 
-use super::surface_load::{Panel, SurfacePoint, Traction, panels, three_points};
+use super::surface_load::{Panel, SurfacePoint, Traction, for_each_panel, three_points};
 use crate::fit::LinearFit;
 use crate::mesh::TriangleMesh;
 use crate::particles::Column;
 use crate::tensor::Vec3;
 use nalgebra::{Matrix4, Matrix4x3, Vector4};
 use rayon::prelude::*;
+use std::collections::HashSet;
 use std::fmt;
 use std::ops::Range;
 
@@ -76,13 +77,39 @@ struct Shares {
 impl Skin {
     /// The skin `surface` of particles `spacing` apart.
     pub fn new(surface: &TriangleMesh, spacing: f64, carriers: &Carriers<'_>) -> Self {
-        let mut sorted: Vec<Sorted> = panels(surface, EDGE * spacing)
-            .into_par_iter()
-            .map(|(panel, corners)| {
-                let cell = (panel.centre.x / (CLUSTER * spacing)).map(|x| x.floor() as i64);
-                (cell.into(), (panel, corners))
-            })
-            .collect();
+        Self::of_cells(surface, spacing, carriers, |_| true)
+    }
+
+    /// The clusters of the skin of which `reaches` holds for some panel: enough for one load, and a small part
+    /// of the memory for one on a small part of a large body.
+    pub fn reached(
+        surface: &TriangleMesh,
+        spacing: f64,
+        carriers: &Carriers<'_>,
+        reaches: &(dyn Fn(&Panel) -> bool + Sync),
+    ) -> Self {
+        let mut cells = HashSet::new();
+        for_each_panel(surface, EDGE * spacing, |panel, _| {
+            if reaches(&panel) {
+                cells.insert(cell_of(&panel, spacing));
+            }
+        });
+        Self::of_cells(surface, spacing, carriers, |cell| cells.contains(cell))
+    }
+
+    fn of_cells(
+        surface: &TriangleMesh,
+        spacing: f64,
+        carriers: &Carriers<'_>,
+        wanted: impl Fn(&[i64; 3]) -> bool,
+    ) -> Self {
+        let mut sorted: Vec<Sorted> = Vec::new();
+        for_each_panel(surface, EDGE * spacing, |panel, corners| {
+            let cell = cell_of(&panel, spacing);
+            if wanted(&cell) {
+                sorted.push((cell, (panel, *corners)));
+            }
+        });
         sorted.par_sort_by_key(|(cell, _)| *cell);
         let ranges: Vec<Range<usize>> = sorted
             .chunk_by(|a, b| a.0 == b.0)
@@ -204,6 +231,11 @@ impl Skin {
         }
         sums.loaded.then(|| sums.pattern(cluster))
     }
+}
+
+/// The cube that the centre of a panel lies in.
+fn cell_of(panel: &Panel, spacing: f64) -> [i64; 3] {
+    (panel.centre.x / (CLUSTER * spacing)).map(|x| x.floor() as i64).into()
 }
 
 impl Cluster {

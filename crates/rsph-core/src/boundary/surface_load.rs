@@ -67,9 +67,9 @@ pub struct Panel {
     pub edge: f64,
 }
 
-/// The triangles of a surface with their corners, split until no edge is longer than `longest`.
-pub fn panels(mesh: &TriangleMesh, longest: f64) -> Vec<(Panel, [Vec3; 3])> {
-    let mut panels = Vec::new();
+/// Calls `visit` with the triangles of a surface and their corners, split until no edge is longer than
+/// `longest`.
+pub fn for_each_panel(mesh: &TriangleMesh, longest: f64, mut visit: impl FnMut(Panel, &[Vec3; 3])) {
     for t in &mesh.triangles {
         let corners = t.map(|i| mesh.vertices[i as usize]);
         let cross = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
@@ -78,20 +78,19 @@ pub fn panels(mesh: &TriangleMesh, longest: f64) -> Vec<(Panel, [Vec3; 3])> {
             let normal = cross / (2.0 * area);
             split(&corners, area, &|_| longest, &mut |corners, area, edge| {
                 let x = (corners[0] + corners[1] + corners[2]) / 3.0;
-                panels.push((Panel { centre: SurfacePoint { x, normal, area }, edge }, *corners));
+                visit(Panel { centre: SurfacePoint { x, normal, area }, edge }, corners);
             });
         }
     }
-    panels
 }
 
 /// Quadrature points of a surface, three to a triangle, after splitting triangles until no edge is
 /// longer than `resolution`.
 pub fn quadrature(mesh: &TriangleMesh, resolution: f64) -> Vec<SurfacePoint> {
     let mut points = Vec::new();
-    for (panel, corners) in panels(mesh, resolution) {
-        three_points(&corners, &panel.centre.normal, panel.centre.area, &mut |p| points.push(*p));
-    }
+    for_each_panel(mesh, resolution, |panel, corners| {
+        three_points(corners, &panel.centre.normal, panel.centre.area, &mut |p| points.push(*p));
+    });
     points
 }
 
@@ -153,12 +152,12 @@ mod tests {
             let patch = Patch::on(&surface, 1.0, &centre, Some(radius), &-Vec3::z());
             let (mut force, mut points) = (Vec3::zeros(), 0);
             patch.with_traction(|traction| {
-                for (panel, corners) in panels(&surface, 0.25) {
-                    traction.on(&panel, &corners, |_, f| {
+                for_each_panel(&surface, 0.25, |panel, corners| {
+                    traction.on(&panel, corners, |_, f| {
                         force += f;
                         points += 1;
                     });
-                }
+                });
             });
             // The integral of exp(-d^2/r^2) over the plane is pi r^2.
             let exact = std::f64::consts::PI * radius * radius;

@@ -12,7 +12,7 @@ use crate::boundary::mirror::Mirror;
 use crate::boundary::nodal_load::NodalLoad;
 use crate::lattice::Lattice;
 use crate::material::{Material, Tangent};
-use crate::moments::{Moments, moments};
+use crate::moments::Moments;
 use crate::ops::{self, PAIR_COMPONENTS};
 use crate::particles::{Column, Field, Particles};
 use crate::tensor::{Mat3, SymTensor, Vec3};
@@ -23,15 +23,13 @@ use std::sync::Arc;
 use sweeps::{Spread, undeformed};
 
 /// Particles that one partial sum covers: fixed, so that sums do not depend on the thread count.
-const PARTICLES_A_SUM: usize = 1024;
+const PARTICLES_A_SUM: usize = 512;
 
 /// A solid body on its lattice.
 #[derive(Clone, Debug)]
 pub struct Elastic {
     /// The lattice of the last remesh.
     pub lattice: Lattice,
-    /// Moments of all particles.
-    pub moments: Vec<Moments>,
     /// F = d xi / d X of every particle at the last remesh, by which gradients on the lattice become
     /// gradients in the undeformed body; empty as long as the lattice is that of the undeformed body.
     pub stretch: Vec<Mat3>,
@@ -42,7 +40,7 @@ pub struct Elastic {
     /// Loads.
     pub loads: Vec<NodalLoad>,
     /// Mass of each particle.
-    pub mass: Vec<f64>,
+    pub mass: Arc<Vec<f64>>,
     /// Constitutive law.
     pub material: Arc<dyn Material>,
     /// alpha (lambda + 2 mu): stiffness of the hourglass term.
@@ -62,8 +60,6 @@ struct Workspace {
     pair: Vec<Tile>,
     /// sum w T_b X, tiled field of 3.
     adjoint: Vec<Tile>,
-    /// Load at this moment, component by component.
-    load: Vec<f64>,
     /// (1 - s) u_D of each ghost group, and its rate.
     offset: Vec<Vec3>,
     offset_rate: Vec<Vec3>,
@@ -85,29 +81,22 @@ impl Elastic {
         for &a in &fixed.apart {
             seen[a] = 0.0;
         }
-        let mut moments = moments(&lattice, &seen, &mirror);
-        for &a in &fixed.apart {
-            // It moves as a whole.
-            (moments[a].correction, moments[a].second) = (Mat3::zeros(), Mat3::zeros());
-        }
         let groups = mirror.group_count();
         let work = Workspace {
             q: lattice.tiles.field(3),
             pair: lattice.tiles.field(PAIR_COMPONENTS),
             adjoint: lattice.tiles.field(3),
-            load: vec![0.0; 3 * n],
             offset: vec![Vec3::zeros(); groups],
             offset_rate: vec![Vec3::zeros(); groups],
             sums: vec![ForceSums::default(); n.div_ceil(PARTICLES_A_SUM)],
         };
         Self {
             stretch: Vec::new(),
-            mass: volume.iter().map(|v| v * material.density()).collect(),
+            mass: Arc::new(volume.iter().map(|v| v * material.density()).collect()),
             hourglass: hourglass_weight * material.p_wave_modulus(),
             tangent: material.linear(),
-            constants: Constants::new(&lattice, &moments, &mirror),
+            constants: Constants::new(&lattice, &seen, &mirror),
             lattice,
-            moments,
             mirror,
             fixed,
             loads: Vec::new(),
@@ -119,6 +108,16 @@ impl Elastic {
     /// Number of particles.
     pub fn len(&self) -> usize {
         self.lattice.len()
+    }
+
+    /// Moments of particle `a`.
+    pub fn moments_of(&self, a: usize) -> Moments {
+        self.spread_field().moments(a)
+    }
+
+    /// Moments of all particles.
+    pub fn moments(&self) -> Vec<Moments> {
+        (0..self.len()).into_par_iter().map(|a| self.moments_of(a)).collect()
     }
 
     /// Whether there is no particle.
@@ -201,7 +200,6 @@ impl Dynamics for Elastic {
         // Walls at this moment: u_D + T du_D/dt, like every other displacement.
         self.mirror.offsets(&mut self.work.offset, |m| m.displacement(t) + m.velocity(t) * relaxation_time);
         self.mirror.offsets(&mut self.work.offset_rate, |m| m.velocity(t));
-        NodalLoad::sum(&self.loads, t, &mut self.work.load);
 
         self.spread(u.values(), Some((v.values(), relaxation_time)));
         self.stress_sweep(); // Eqs. (10), (13), (5)
@@ -220,9 +218,12 @@ impl Dynamics for Elastic {
                 *sum = ForceSums::default();
                 let first = c * chunk;
                 (sum.reaction, sum.power) = self.internal_forces(first, [&mut *ax, &mut *ay, &mut *az]);
-                for (i, a) in [ax, ay, az].into_iter().enumerate() {
+                let mut load = [[0.0; PARTICLES_A_SUM]; 3];
+                let [lx, ly, lz] = load.each_mut().map(|l| &mut l[..ax.len()]);
+                NodalLoad::add(&self.loads, t, n, first, [lx, ly, lz]);
+                for (i, (a, load)) in [ax, ay, az].into_iter().zip(&load).enumerate() {
                     let at = i * n + first;
-                    let (load, v) = (&self.work.load[at..at + a.len()], &v.values()[at..at + a.len()]);
+                    let v = &v.values()[at..at + a.len()];
                     let (mut total, mut power) = (0.0, 0.0);
                     for (((a, load), v), mass) in a.iter_mut().zip(load).zip(v).zip(&self.mass[first..]) {
                         *a = (*a + load) / mass; // Eq. (2)
@@ -290,24 +291,25 @@ impl Dynamics for Elastic {
         self.mirror.offsets(&mut self.work.offset, |m| m.displacement(t));
         self.spread(u.values(), None);
         let (material, kappa) = (Arc::clone(&self.material), self.hourglass);
-        self.visit_sums(|body, a, g, laplacian| {
-            let m = &body.moments[a];
+        self.visit_sums(|body, a, sums| {
+            let g = &sums.gradient;
             let u_a = body.spread.value(a);
             // Energy of the one-sided residual u_b - u_a - G_a X. Pairs of particles count from both
             // sides, ghosts from the particle's.
-            let (mut between_particles, mut springs) = (*laplacian, 0.0);
+            let (mut between_particles, mut springs) = (sums.laplacian, 0.0);
             for ghost in body.mirror.ghosts_of(a) {
-                let vw = body.moments[ghost.partner as usize].volume * ghost.w;
-                let apart = body.spread.ghost(ghost, body.offset) - u_a;
+                let vw = body.spread.volume(ghost.partner as usize) * ghost.w;
+                let apart = body.spread.ghost(&ghost, body.offset) - u_a;
                 between_particles -= apart * vw;
                 springs += vw * apart.norm_squared();
             }
             springs -= 2.0 * u_a.dot(&between_particles);
-            let residual = springs - (g * m.second * g.transpose()).trace();
+            // G M G^T = G H^T for H = G M, where L is the (pseudo-)inverse of M.
+            let residual = springs - g.dot(&sums.first);
             let strain = SymTensor::symmetric_part(&undeformed(body.stretch, a, g));
             let strain_energy = material.energy_density(strain);
             let mut out = [0.0; PAIR_COMPONENTS];
-            out[0] = m.volume * (strain_energy + 0.5 * kappa * residual);
+            out[0] = sums.moments.volume * (strain_energy + 0.5 * kappa * residual);
             out
         });
         let elastic = (0..self.len())

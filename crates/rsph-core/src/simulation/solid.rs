@@ -18,6 +18,7 @@ use crate::dynamics::Dynamics;
 use crate::dynamics::elastic::Elastic;
 use crate::dynamics::paper::Paper;
 use crate::error::{Failure, InvalidInput};
+use crate::mesh::TriangleMesh;
 use crate::mls::{Cloud, PointWeights};
 use crate::observe::{Reading, TaggedProbe};
 use crate::particles::{Column, Field, Particles};
@@ -37,7 +38,9 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub(super) struct Solid {
     setup: Setup,
-    body: Body,
+    spacing: f64,
+    /// Its surface as the zero of its level set, undeformed.
+    zero_surface: TriangleMesh,
     holds: Holds,
     undeformed: Undeformed,
     laid: Laid,
@@ -71,7 +74,7 @@ impl Matter {
             Formulation::Paper => {
                 let Elastic { material, mass, fixed, loads, lattice, .. } = elastic;
                 let (dx, smoothing) = (lattice.spacing, setup.solver.smoothing);
-                Self::Paper(Box::new(Paper::new(material, mass, dx, smoothing, fixed, loads)))
+                Self::Paper(Box::new(Paper::new(material, mass.to_vec(), dx, smoothing, fixed, loads)))
             }
         }
     }
@@ -114,7 +117,7 @@ impl Solid {
         let holds = tag::holds(&setup.boundaries, positions, dx, &solver, cut)?;
         check_walls(setup, &holds)?;
         let mut elastic = laid.elastic(setup, &undeformed.lattice, &holds, 0.0)?;
-        elastic.loads = laid.loads(setup, &elastic, &mut None)?;
+        elastic.loads = laid.loads(setup, &elastic, None)?;
         let cloud = laid.cloud(dx);
         let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
         let probes = setup
@@ -150,9 +153,9 @@ impl Solid {
         let at = |f: &VectorField| Column::from_vectors(&f.at_all(positions));
         particles.set(Field::Displacement, at(&setup.initial.displacement));
         particles.set(Field::Velocity, at(&setup.initial.velocity));
-        particles.set(Field::Mass, Column::from_vec(elastic.mass.clone(), n));
-        particles.set(Field::Volume, Column::from_vec(laid.volume.clone(), n));
-        particles.set(Field::LevelSet, Column::from_vec(body.level_set.clone(), n));
+        particles.set(Field::Mass, Column::shared(Arc::clone(&elastic.mass), n));
+        particles.set(Field::Volume, Column::shared(Arc::clone(&laid.volume), n));
+        particles.set(Field::LevelSet, Column::from_vec(body.level_set, n));
         if solver.formulation == Formulation::Paper {
             let strain = elastic.strain(0.0, particles.column(Field::Displacement).values());
             particles.set(Field::Strain, Column::from_vec(strain, n));
@@ -162,7 +165,8 @@ impl Solid {
         let reference = particles.column(Field::Reference).share();
         let model = Box::new(Self {
             setup: setup.clone(),
-            body,
+            spacing: dx,
+            zero_surface: body.surface,
             holds,
             undeformed,
             laid_at: matter.gradient_for(setup, &particles, 0.0),
@@ -180,7 +184,7 @@ impl Solid {
     /// Weights of particles with these reference positions at the vertices of the undeformed surface.
     fn weights_on_surface(&self, reference: &Column) -> PointWeights {
         let positions: Vec<Vec3> = (0..reference.len()).map(|a| reference.vector(a)).collect();
-        PointWeights::new(&Cloud::new(&positions, self.body.grid.spacing), &self.body.surface.vertices)
+        PointWeights::new(&Cloud::new(&positions, self.spacing), &self.zero_surface.vertices)
     }
 
     /// Particles laid anew with the dynamics of them.
@@ -194,7 +198,7 @@ impl Solid {
             time,
         )?;
         let (laid, mut elastic, mut new) = (anew.laid, anew.elastic, anew.particles);
-        elastic.loads = laid.loads(setup, &elastic, &mut None)?;
+        elastic.loads = laid.loads(setup, &elastic, None)?;
         let (shape, restore) = (&*setup.shape, setup.remesh.restore_level_set);
         let level_set = if restore {
             let (nodes, undeformed) = &anew.around;
@@ -266,7 +270,7 @@ impl Model for Solid {
             ));
         };
         let before = std::mem::replace(&mut self.setup.loads, loads.to_vec());
-        match self.laid.loads(&self.setup, elastic, &mut self.skin) {
+        match self.laid.loads(&self.setup, elastic, Some(&mut self.skin)) {
             Ok(loads) => elastic.loads = loads,
             Err(error) => {
                 self.setup.loads = before;
@@ -285,11 +289,11 @@ impl Model for Solid {
     }
 
     fn skin(&self) -> Option<Skin> {
-        Some(self.laid.skin(&*self.setup.shape, self.body.grid.spacing))
+        Some(self.laid.skin(&*self.setup.shape, self.spacing))
     }
 
     fn add_probe(&mut self, probe: &Probe) -> Result<(), InvalidInput> {
-        let (index, dx) = (self.setup.probes.len(), self.body.grid.spacing);
+        let (index, dx) = (self.setup.probes.len(), self.spacing);
         let (positions, volume) = (&self.laid.undeformed, &self.laid.volume);
         let cloud = self.laid.cloud(dx);
         let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
@@ -302,15 +306,15 @@ impl Model for Solid {
         let (weights, reference) = &self.surface;
         let column = snapshot.column(Field::Reference);
         if Arc::ptr_eq(reference, &column.share()) {
-            return Surface::new(&self.body.surface, weights, snapshot);
+            return Surface::new(&self.zero_surface, weights, snapshot);
         }
-        Surface::new(&self.body.surface, &self.weights_on_surface(column), snapshot)
+        Surface::new(&self.zero_surface, &self.weights_on_surface(column), snapshot)
     }
 
     fn readings(&mut self, particles: &Particles, time: f64) -> Vec<Reading> {
         let reference = particles.column(Field::Reference).share();
         if !Arc::ptr_eq(&self.probed, &reference) {
-            let cloud = self.laid.cloud(self.body.grid.spacing).sharp();
+            let cloud = self.laid.cloud(self.spacing).sharp();
             for probe in &mut self.probes {
                 probe.find(particles.len(), |points| PointWeights::new(&cloud, points));
             }

@@ -27,7 +27,7 @@ impl Simulation {
             state.put_counts("time/plan_steps", &[p.steps, p.done]);
         }
         for spec in COLUMNS.iter().filter(|c| self.particles.has(c.field)) {
-            state.put(&name_of(spec.name), self.particles.column(spec.field).values());
+            state.share(&name_of(spec.name), self.particles.column(spec.field).share());
         }
         if let Some(e) = &self.equilibrium {
             state.put_counts("equilibrium/counts", &[e.iterations as u64, e.applications]);

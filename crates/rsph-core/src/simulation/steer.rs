@@ -34,7 +34,7 @@ impl Simulation {
         // The loads of the set-up come first.
         loads.truncate(self.setup.loads.len());
         if !force.is_empty() {
-            loads.push(NodalLoad { force: force.to_vec(), ramp: Ramp::default() });
+            loads.push(NodalLoad::new(force.to_vec(), Ramp::default()));
         }
         Ok(())
     }

@@ -11,7 +11,7 @@ type Response = (usize, Mat3);
 /// d^2 E / du_a^2 of every particle: 2 E = sum_c V_c (sigma_c : e_c + kappa |residual|^2) with every wall
 /// at rest.
 pub fn diagonal_blocks(elastic: &Elastic) -> Vec<Mat3> {
-    let (lattice, moments, mirror) = (&elastic.lattice, &elastic.moments, &elastic.mirror);
+    let (lattice, moments, mirror) = (&elastic.lattice, elastic.moments(), &elastic.mirror);
     (0..lattice.len())
         .into_par_iter()
         .map(|a| {
@@ -45,7 +45,7 @@ pub fn diagonal_blocks(elastic: &Elastic) -> Vec<Mat3> {
             }
             let mut block = springs * elastic.hourglass;
             for (c, columns) in &responses {
-                block += of_gradient(elastic, &moments[*c], &(moments[*c].correction * columns));
+                block += of_gradient(elastic, &moments[*c], columns);
             }
             0.5 * (block + block.transpose())
         })
@@ -57,8 +57,9 @@ fn columns(v: &Vec3) -> Mat3 {
     Mat3::from_columns(&[*v, *v, *v])
 }
 
-/// V (sigma(sym e_j (x) g_j) g_i)_i - kappa V g_i M g_j delta_ij for the columns g of `g`.
-fn of_gradient(elastic: &Elastic, m: &Moments, g: &Mat3) -> Mat3 {
+/// V (sigma(sym e_j (x) g_j) g_i)_i - kappa V g_i M g_j delta_ij for the columns g = L x of the columns x.
+fn of_gradient(elastic: &Elastic, m: &Moments, columns: &Mat3) -> Mat3 {
+    let g = m.correction * columns;
     let mut block = Mat3::zeros();
     for j in 0..3 {
         let mut direction = Vec3::zeros();
@@ -68,7 +69,7 @@ fn of_gradient(elastic: &Elastic, m: &Moments, g: &Mat3) -> Mat3 {
         for i in 0..3 {
             block[(i, j)] += m.volume * sigma.row(i).dot(&g.column(i).transpose());
         }
-        block[(j, j)] -= elastic.hourglass * m.volume * g.column(j).dot(&(m.second * g.column(j)));
+        block[(j, j)] -= elastic.hourglass * m.volume * g.column(j).dot(&columns.column(j));
     }
     block
 }

@@ -16,6 +16,7 @@ use crate::dynamics::elastic::Elastic;
 use crate::lattice::NO_PARTICLE;
 use crate::material::Material;
 use crate::tensor::{Mat3, SymTensor, Vec3};
+use std::sync::Arc;
 
 /// Unknowns that the direct solve takes.
 const DIRECT: usize = 600;
@@ -30,7 +31,7 @@ const NEARLY_INCOMPRESSIBLE: f64 = 6.0;
 /// The hierarchy of a body on its lattice. It stands as long as the lattice and its boundaries do.
 #[derive(Clone, Debug)]
 pub struct Multigrid {
-    mass: Vec<f64>,
+    mass: Arc<Vec<f64>>,
     diagonal: Vec<Mat3>,
     jacobi: Jacobi,
     /// Largest eigenvalue of D^-1 K on the particles.
@@ -67,7 +68,7 @@ impl Multigrid {
             levels.push(level);
         }
         let mut multigrid = Self {
-            mass: elastic.mass.clone(),
+            mass: Arc::clone(&elastic.mass),
             jacobi: Jacobi::new(&diagonal, &elastic.mass, (0.0, 1.0)),
             diagonal,
             largest: 1.0,
@@ -192,7 +193,7 @@ fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
             let volume: f64 = particles
                 .iter()
                 .filter(|a| **a != NO_PARTICLE)
-                .map(|&a| elastic.moments[a as usize].volume)
+                .map(|&a| elastic.moments_of(a as usize).volume)
                 .sum();
             (volume / edge.powi(3)).max(LEAST_FULL) * edge
         })

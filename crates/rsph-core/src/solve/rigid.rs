@@ -30,7 +30,7 @@ pub fn loose_pieces(elastic: &Elastic) -> Vec<LoosePiece> {
 /// Particles that hang together by the sums, apart from those that no sum sees.
 fn pieces(elastic: &Elastic) -> Vec<Vec<usize>> {
     let lattice = &elastic.lattice;
-    let seen = |a: usize| elastic.moments[a].volume > 0.0;
+    let seen = |a: usize| elastic.moments_of(a).volume > 0.0;
     let mut piece_of = vec![usize::MAX; lattice.len()];
     let mut pieces: Vec<Vec<usize>> = Vec::new();
     for start in 0..lattice.len() {

@@ -27,8 +27,8 @@ pub struct FramesFile {
     /// Frames that are not in the file yet, and their size.
     waiting: Vec<PolyData>,
     waiting_bytes: usize,
-    /// The frames that the second copy lacks; `None` if there is no second copy.
-    behind: Option<Vec<PolyData>>,
+    /// Whether there is a second copy, which lacks the frames that were stored last.
+    copied: bool,
     stored: Instant,
 }
 
@@ -76,7 +76,7 @@ impl FramesFile {
             spare: beside(path, ".next"),
             waiting: Vec::new(),
             waiting_bytes: 0,
-            behind: None,
+            copied: false,
             stored: Instant::now(),
         }
     }
@@ -129,7 +129,7 @@ impl FramesFile {
         let stored = self.write().and_then(|()| self.change_names());
         if stored.is_err() {
             // Room for what is still to be written.
-            self.behind = None;
+            self.copied = false;
             let _ = self.clear();
         }
         stored
@@ -150,18 +150,19 @@ impl FramesFile {
     /// When they can not be stored.
     pub fn finish(&mut self) -> Result<(), SinkError> {
         self.store()?;
-        self.behind = None;
+        self.copied = false;
         self.clear()
     }
 
     /// Brings the second copy up to date.
     fn write(&mut self) -> Result<(), SinkError> {
-        let copied = self.behind.take().and_then(|behind| {
-            // Fails if somebody looks at what was the file before the last change of names.
+        // Fails if somebody looks at what was the file before the last change of names.
+        let caught_up = || {
             let mut copy = VtkHdfWriter::open(&self.spare).ok()?;
-            behind.iter().try_for_each(|frame| copy.append(frame)).ok()?;
+            copy.catch_up(&self.path).ok()?;
             Some(copy)
-        });
+        };
+        let copied = if std::mem::take(&mut self.copied) { caught_up() } else { None };
         let mut copy = if let Some(copy) = copied {
             copy
         } else {
@@ -178,11 +179,9 @@ impl FramesFile {
         // Not every file system has a second name for a file: then the next copy is made anew.
         let kept = fs::hard_link(&self.path, &aside).is_ok();
         fs::rename(&self.spare, &self.path).map_err(|e| SinkError::io(&self.path, e))?;
-        let frames = std::mem::take(&mut self.waiting);
+        self.waiting.clear();
         self.waiting_bytes = 0;
-        if kept && fs::rename(&aside, &self.spare).is_ok() {
-            self.behind = Some(frames);
-        }
+        self.copied = kept && fs::rename(&aside, &self.spare).is_ok();
         Ok(())
     }
 }

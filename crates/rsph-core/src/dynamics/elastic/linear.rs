@@ -6,9 +6,10 @@ use crate::lattice::Lattice;
 use crate::material::Tangent;
 use crate::moments::Moments;
 use crate::ops::{self, PAIR_COMPONENTS, Pointwise};
-use crate::tensor::{Mat3, Vec3};
+use crate::tensor::{Mat3, SymTensor, Vec3};
 use crate::tiles::{LANES, Tile};
 use pulp::Simd;
+use rayon::prelude::*;
 
 /// Numbers of a particle that the sweep needs: V, the six of L (VTK order),
 /// sum V_b w X / V and sum V_b w / V.
@@ -39,6 +40,13 @@ struct Bulk {
     zeroth: f64,
 }
 
+/// Constants of a particle with these moments, which some sum sees.
+fn packed(m: &Moments) -> [f64; CONSTANTS] {
+    let l = SymTensor::symmetric_part(&m.correction).0;
+    let first = m.first / m.volume;
+    [m.volume, l[0], l[1], l[2], l[3], l[4], l[5], first.x, first.y, first.z, m.zeroth / m.volume]
+}
+
 /// Share by which the constants of a full neighbourhood may differ from those of the lattice.
 const ROUNDING: f64 = 1e-12;
 
@@ -63,56 +71,58 @@ impl Bulk {
 }
 
 impl Constants {
-    /// Of a body with these moments.
-    pub(super) fn new(lattice: &Lattice, moments: &[Moments], mirror: &Mirror) -> Self {
+    /// Of particles with these volumes, those that no sum sees without.
+    pub(super) fn new(lattice: &Lattice, volume: &[f64], mirror: &Mirror) -> Self {
         let tiles = &lattice.tiles;
         let bulk = Bulk::new(lattice);
         let mut near_wall = vec![false; tiles.len()];
-        let mut inside: Vec<bool> = (0..tiles.len()).map(|t| tiles.particles(t).1 == u8::MAX).collect();
-        for (a, m) in moments.iter().enumerate() {
-            let (t, _) = tiles.place(a);
-            near_wall[t] |= !mirror.ghosts_of(a).is_empty();
-            inside[t] &= bulk.fits(m, lattice.spacing);
+        for a in (0..lattice.len()).filter(|a| mirror.ghosts_of(*a).len() > 0) {
+            near_wall[tiles.place(a).0] = true;
         }
-        let mut count = 0;
-        let kind: Vec<u32> = inside
-            .iter()
-            .map(|inside| {
-                count += u32::from(!inside);
-                if *inside { 0 } else { count }
+        let of_tiles: Vec<_> = (0..tiles.len())
+            .into_par_iter()
+            .map(|t| {
+                let (first, mask) = tiles.particles(t);
+                let mut inside = mask == u8::MAX;
+                let mut constants = Box::new([Tile::default(); CONSTANTS]);
+                for (a, lane) in (first..).zip((0..LANES).filter(|l| mask >> l & 1 == 1)) {
+                    let m = Moments::new(lattice, volume, mirror, a);
+                    inside &= bulk.fits(&m, lattice.spacing);
+                    if m.volume > 0.0 {
+                        for (tile, constant) in constants.iter_mut().zip(packed(&m)) {
+                            tile.0[lane] = constant;
+                        }
+                    }
+                }
+                (!inside).then_some(constants)
             })
             .collect();
-        let mut values = vec![Tile::default(); (count as usize + 1) * CONSTANTS];
         let l = bulk.correction;
         let of_bulk = [bulk.volume, l, l, l, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, bulk.zeroth];
-        for (value, constant) in values.iter_mut().zip(of_bulk) {
-            value.0 = [constant; LANES];
-        }
-        for (a, m) in moments.iter().enumerate().filter(|(_, m)| m.volume > 0.0) {
-            let (t, lane) = tiles.place(a);
-            if inside[t] {
-                continue;
-            }
-            let l = &m.correction;
-            let of_q = m.first / m.volume;
-            let constants = [
-                m.volume,
-                l[(0, 0)],
-                l[(1, 1)],
-                l[(2, 2)],
-                l[(0, 1)],
-                l[(1, 2)],
-                l[(0, 2)],
-                of_q.x,
-                of_q.y,
-                of_q.z,
-                m.zeroth / m.volume,
-            ];
-            for (value, constant) in values[kind[t] as usize * CONSTANTS..].iter_mut().zip(constants) {
-                value.0[lane] = constant;
-            }
+        let mut values = of_bulk.map(|constant| Tile([constant; LANES])).to_vec();
+        values.reserve_exact(of_tiles.iter().flatten().count() * CONSTANTS);
+        let mut kind = Vec::with_capacity(tiles.len());
+        for constants in of_tiles {
+            kind.push(constants.as_ref().map_or(0, |_| (values.len() / CONSTANTS) as u32));
+            values.extend(constants.iter().flat_map(|c| c.iter()));
         }
         Self { values, kind, near_wall, bulk }
+    }
+
+    /// Moments of the particle in that lane of tile `t`.
+    #[inline(always)]
+    pub(super) fn moments(&self, t: usize, lane: usize) -> Moments {
+        let constant: [f64; CONSTANTS] = {
+            let values = self.of(t);
+            std::array::from_fn(|c| values[c].0[lane])
+        };
+        let [volume, l @ .., first_x, first_y, first_z, zeroth] = constant;
+        Moments {
+            volume,
+            correction: SymTensor(l).to_matrix(),
+            first: Vec3::new(first_x, first_y, first_z) * volume,
+            zeroth: zeroth * volume,
+        }
     }
 
     /// Constants of tile `t`.
@@ -137,7 +147,6 @@ impl Constants {
 /// From sums to T_a and the part of the force that needs no neighbour's T.
 struct LinearStress<'a> {
     constants: &'a Constants,
-    moments: &'a [Moments],
     mirror: &'a Mirror,
     tangent: &'a Tangent,
     /// Whether no shear strain goes with a normal stress or with another shear stress.
@@ -157,8 +166,8 @@ impl LinearStress<'_> {
         let (mut a, mask) = self.spread.tiles.particles(tile);
         for l in (0..LANES).filter(|l| mask >> l & 1 == 1) {
             for ghost in self.mirror.ghosts_of(a) {
-                let z = self.spread.lacking(self.mirror, ghost, self.offset)
-                    * (self.moments[ghost.partner as usize].volume * ghost.w);
+                let z = self.spread.lacking(self.mirror, &ghost, self.offset)
+                    * (self.spread.volume(ghost.partner as usize) * ghost.w);
                 for i in 0..3 {
                     for j in 0..3 {
                         lanes[3 * i + j][l] += z[i] * ghost.x[j];
@@ -302,7 +311,6 @@ impl Elastic {
         let work = &mut self.work;
         let pointwise = LinearStress {
             constants: &self.constants,
-            moments: &self.moments,
             mirror: &self.mirror,
             tangent,
             decoupled: (0..6).all(|k| (0..6).all(|j| k == j || (k < 3 && j < 3) || tangent.0[k][j] == 0.0)),

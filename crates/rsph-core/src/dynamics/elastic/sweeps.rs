@@ -21,6 +21,20 @@ pub(super) struct Spread<'a> {
 }
 
 impl Spread<'_> {
+    /// V of a particle; zero for one that no sum sees.
+    #[inline(always)]
+    pub(super) fn volume(&self, a: usize) -> f64 {
+        let (t, lane) = self.tiles.place(a);
+        self.constants.volume(t)[lane]
+    }
+
+    /// Moments of a particle.
+    #[inline(always)]
+    pub(super) fn moments(&self, a: usize) -> Moments {
+        let (t, lane) = self.tiles.place(a);
+        self.constants.moments(t, lane)
+    }
+
     /// z of a particle; zero for one that no sum sees.
     #[inline(always)]
     pub(super) fn value(&self, a: usize) -> Vec3 {
@@ -43,9 +57,19 @@ impl Spread<'_> {
     }
 }
 
+/// The sums of a field z at a particle a.
+pub(super) struct Sums {
+    /// G_a = `first` L_a, on the lattice.
+    pub(super) gradient: Mat3,
+    /// sum V_b w (z_b - z_a) (x) X.
+    pub(super) first: Mat3,
+    /// sum V_b w (z_b - z_a).
+    pub(super) laplacian: Vec3,
+    pub(super) moments: Moments,
+}
+
 /// What the gradient of a field that was spread depends on.
 pub(super) struct Body<'a> {
-    pub(super) moments: &'a [Moments],
     pub(super) mirror: &'a Mirror,
     pub(super) stretch: &'a [Mat3],
     pub(super) spread: Spread<'a>,
@@ -56,17 +80,17 @@ impl Body<'_> {
     /// Completes the lattice sums of particle a to G_a = sum V_b w (z_b - z_a) (x) L_a X, Eqs. (10),
     /// (13), and to the Laplacian sum V_b w (z_b - z_a).
     #[inline(always)]
-    fn complete(&self, a: usize, h: &Mat3, q: &Vec3) -> (Mat3, Vec3) {
-        let m = &self.moments[a];
+    fn complete(&self, a: usize, h: &Mat3, q: &Vec3) -> Sums {
+        let m = self.spread.moments(a);
         let z_a = self.spread.value(a);
         let (mut h, mut q) = (h - z_a * m.first.transpose(), q - z_a * m.zeroth);
         for ghost in self.mirror.ghosts_of(a) {
-            let vw_z = self.spread.lacking(self.mirror, ghost, self.offset)
-                * (self.moments[ghost.partner as usize].volume * ghost.w);
+            let vw_z = self.spread.lacking(self.mirror, &ghost, self.offset)
+                * (self.spread.volume(ghost.partner as usize) * ghost.w);
             h += vw_z * ghost.x.transpose();
             q += vw_z;
         }
-        (h * m.correction, q)
+        Sums { gradient: h * m.correction, first: h, laplacian: q, moments: m }
     }
 }
 
@@ -105,32 +129,27 @@ impl Elastic {
         Spread { tiles: &self.lattice.tiles, q: &self.work.q, constants: &self.constants }
     }
 
-    /// Leaves `visit(body, particle, gradient on the lattice, Laplacian)` of the field that was spread in
-    /// the tiled field `pair`.
+    /// Leaves `visit(body, particle, sums)` of the field that was spread in the tiled field `pair`.
     pub(super) fn visit_sums(
         &mut self,
-        visit: impl Fn(&Body<'_>, usize, &Mat3, &Vec3) -> [f64; PAIR_COMPONENTS] + Sync,
+        visit: impl Fn(&Body<'_>, usize, &Sums) -> [f64; PAIR_COMPONENTS] + Sync,
     ) {
         let Workspace { q, pair, offset, .. } = &mut self.work;
         ops::gradient_sums(&self.lattice, self.mirror.folds(), q, pair, &Plain);
         let tiles = &self.lattice.tiles;
         let body = Body {
-            moments: &self.moments,
             mirror: &self.mirror,
             stretch: &self.stretch,
             spread: Spread { tiles, q, constants: &self.constants },
             offset,
         };
-        ops::per_particle(tiles, pair, |a, h, q| {
-            let (g, laplacian) = body.complete(a, h, q);
-            visit(&body, a, &g, &laplacian)
-        });
+        ops::per_particle(tiles, pair, |a, h, q| visit(&body, a, &body.complete(a, h, q)));
     }
 
     /// Gradient in the undeformed body of the field that was spread, through `visit(gradient) -> values`,
     /// which end up in the tiled field `pair`.
     pub(super) fn visit_gradient(&mut self, visit: impl Fn(&Mat3) -> [f64; PAIR_COMPONENTS] + Sync) {
-        self.visit_sums(|body, a, g, _| visit(&undeformed(body.stretch, a, g)));
+        self.visit_sums(|body, a, sums| visit(&undeformed(body.stretch, a, &sums.gradient)));
     }
 
     /// From the field that was spread to T_a and the part of the force that needs no neighbour's T:
@@ -145,15 +164,15 @@ impl Elastic {
     /// [`Self::stress_sweep`] for any material.
     fn general_stress_sweep(&mut self) {
         let (material, kappa) = (std::sync::Arc::clone(&self.material), self.hourglass);
-        self.visit_sums(|body, a, g, laplacian| {
-            let m = &body.moments[a];
+        self.visit_sums(|body, a, sums| {
+            let (g, m) = (&sums.gradient, &sums.moments);
             let strain = SymTensor::symmetric_part(&undeformed(body.stretch, a, g));
             let mut sigma = material.stress(strain).to_matrix(); // Eq. (5)
             if let Some(f) = body.stretch.get(a) {
                 sigma *= f.transpose();
             }
             let t = (sigma * m.correction - g * kappa) * m.volume;
-            let own = t * m.first + laplacian * (2.0 * kappa * m.volume);
+            let own = t * m.first + sums.laplacian * (2.0 * kappa * m.volume);
             let mut out = [0.0; PAIR_COMPONENTS];
             for i in 0..3 {
                 for j in 0..3 {
@@ -223,28 +242,29 @@ impl Elastic {
     fn image(&self, a: usize, ghost: &Ghost) -> Vec3 {
         let t_b = self.pair_tensor(ghost.partner as usize);
         let t_b_x = ghost.sign.component_mul(&(t_b * ghost.reflection.component_mul(&ghost.x)));
-        t_b_x * (self.moments[a].volume * ghost.w)
+        t_b_x * (self.spread_field().volume(a) * ghost.w)
     }
 
     /// What images that the sums of the lattice do not see put on particle `a`.
     fn images(&self, a: usize) -> Vec3 {
-        let others = self.mirror.ghosts_of(a).iter().filter(|g| !self.mirror.is_folded(g));
-        others.map(|ghost| self.image(a, ghost)).sum()
+        let others = self.mirror.ghosts_of(a).filter(|g| !self.mirror.is_folded(g));
+        others.map(|ghost| self.image(a, &ghost)).sum()
     }
 
     /// Power of moving walls on particle `a`: a wall holds against the force on a ghost, and works when
     /// the ghost moves.
     fn wall_power(&self, a: usize) -> f64 {
-        let (spread, volume) = (self.spread_field(), self.moments[a].volume);
+        let spread = self.spread_field();
+        let volume = spread.volume(a);
         let z_a = spread.value(a);
-        let of_ghost = |ghost: &Ghost| {
-            let v_b = self.moments[ghost.partner as usize].volume;
+        let of_ghost = |ghost: Ghost| {
+            let v_b = spread.volume(ghost.partner as usize);
             let spring =
-                (spread.ghost(ghost, &self.work.offset) - z_a) * (self.hourglass * volume * v_b * ghost.w);
-            let on_ghost = ghost.sign.component_mul(&(self.image(a, ghost) + spring));
+                (spread.ghost(&ghost, &self.work.offset) - z_a) * (self.hourglass * volume * v_b * ghost.w);
+            let on_ghost = ghost.sign.component_mul(&(self.image(a, &ghost) + spring));
             -on_ghost.dot(&self.work.offset_rate[ghost.group as usize])
         };
-        self.mirror.ghosts_of(a).iter().map(of_ghost).sum()
+        self.mirror.ghosts_of(a).map(of_ghost).sum()
     }
 
     /// The first `components` of the tiled field `pair`, component by component.

@@ -200,7 +200,7 @@ impl<const D: usize> LargeBody<D> {
         let fits =
             |places: &[Vec3]| self.fits(Degree::Linear, self.reference(), places, |_, fit| fit.linear());
         let carriers = Carriers { positions: self.reference(), fits: &fits };
-        self.dynamics.loads = nodal_loads(&self.loads, &loaded, &mut None, &carriers)?;
+        self.dynamics.loads = nodal_loads(&self.loads, &loaded, None, &carriers)?;
         Ok(())
     }
 
@@ -215,7 +215,7 @@ impl<const D: usize> LargeBody<D> {
     /// Weights of the particles at points of the undeformed body.
     pub fn weights(&self, degree: Degree, points: &[Vec3]) -> PointWeights {
         let rows: Vec<_> = self.fits(degree, self.reference(), points, |x, fit| fit.weights_at(x).collect());
-        PointWeights::from_rows(&rows)
+        PointWeights::from_rows(rows)
     }
 
     /// Where points of the undeformed body are when its particles are at `x` at time `t`: quadratic moving

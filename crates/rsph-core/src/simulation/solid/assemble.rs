@@ -29,7 +29,7 @@ pub(super) struct Laid {
     /// Where each was in the undeformed body, X.
     pub undeformed: Vec<Vec3>,
     /// The volume of the undeformed body that each stands for.
-    pub volume: Vec<f64>,
+    pub volume: Arc<Vec<f64>>,
 }
 
 impl Laid {
@@ -59,7 +59,7 @@ impl Laid {
         Ok(Elastic::new(lattice, &self.volume, mirror, fixed, material, setup.solver.hourglass))
     }
 
-    /// The loads on the particles of `elastic`; `skin` is made when a load needs it.
+    /// The loads on the particles of `elastic`; `skin` as for [`nodal_loads`].
     ///
     /// # Errors
     /// A load that acts on nothing.
@@ -67,12 +67,12 @@ impl Laid {
         &self,
         setup: &Setup,
         elastic: &Elastic,
-        skin: &mut Option<Skin>,
+        skin: Option<&mut Option<Skin>>,
     ) -> Result<Vec<NodalLoad>, InvalidInput> {
         // Only the faces of a box are loaded by them.
         let on_faces = |l: &Load| matches!(l.kind, LoadKind::Traction { .. } | LoadKind::Pressure { .. });
         let area = if setup.shape.is_box() && setup.loads.iter().any(on_faces) {
-            area_vectors(&elastic.lattice, &elastic.moments, &elastic.mirror, &elastic.stretch)
+            area_vectors(&elastic.lattice, &elastic.moments(), &elastic.mirror, &elastic.stretch)
         } else {
             Vec::new()
         };

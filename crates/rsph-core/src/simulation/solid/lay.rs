@@ -16,6 +16,7 @@ use crate::remesh::{Carried, NodeLattice, NodeValues, RemeshError, fold};
 use crate::sample::{Body, MIN_FRACTION};
 use crate::setup::Setup;
 use crate::tensor::{Mat3, Vec3};
+use std::sync::Arc;
 
 /// How far, in spacings, the share of a cell that is too little for a particle may travel to one.
 const FOLD_REACH: usize = 4;
@@ -90,7 +91,10 @@ impl Undeformed {
         let undeformed = body.cells.iter().map(|c| body.grid.centre(*c)).collect();
         let fraction = NodeValues::from_nodes(lattice, &nodes, 1, &body.fraction)?;
         let total = volume.iter().sum();
-        Ok((Self { lattice, fraction, volume: total, centre }, Laid { nodes, undeformed, volume }))
+        Ok((
+            Self { lattice, fraction, volume: total, centre },
+            Laid { nodes, undeformed, volume: Arc::new(volume) },
+        ))
     }
 
     /// How much of a cell around `x` lies inside: between the cells of the lattice, their mean by overlap.
@@ -169,10 +173,11 @@ impl Undeformed {
         }
         let folded = fold(&mut shares, &keep, FOLD_REACH);
 
+        let volume = kept.iter().map(|(_, number)| shares.values[*number] * dx.powi(3)).collect();
         let mut laid = Laid {
             nodes: kept.iter().map(|(k, _)| arrived.nodes[*k]).collect(),
             undeformed: kept.iter().map(|(k, _)| place(*k).1).collect(),
-            volume: kept.iter().map(|(_, number)| shares.values[*number] * dx.powi(3)).collect(),
+            volume: Arc::new(volume),
         };
         let len = kept.len();
         if len == 0 {
@@ -197,24 +202,25 @@ impl Undeformed {
 
         // A cell of the deformed body holds dx^3 det(dX/dx) of the undeformed one.
         let gradient = laid.elastic(setup, &self.lattice, holds, time)?.gradient(time, u);
+        let volume = Arc::make_mut(&mut laid.volume);
         for (a, g) in gradient.iter().enumerate() {
             let share = (Mat3::identity() - g).determinant();
             if share.is_nan() || share <= 0.0 {
                 return Err(LayError::Inverted(laid.undeformed[a]));
             }
-            laid.volume[a] *= share;
+            volume[a] *= share;
         }
-        let scale = self.volume / laid.volume.iter().sum::<f64>();
+        let scale = self.volume / volume.iter().sum::<f64>();
         if scale.is_nan() || (scale - 1.0).abs() > WORST_VOLUME {
             return Err(LayError::Volume((1.0 / scale - 1.0).abs()));
         }
-        for v in &mut laid.volume {
+        for v in volume {
             *v *= scale;
         }
         let elastic = self.deformed(setup, &laid, holds, time, u)?;
         new.set(Field::Reference, Column::from_vectors(&laid.undeformed));
-        new.set(Field::Mass, Column::from_vec(elastic.mass.clone(), len));
-        new.set(Field::Volume, Column::from_vec(laid.volume.clone(), len));
+        new.set(Field::Mass, Column::shared(Arc::clone(&elastic.mass), len));
+        new.set(Field::Volume, Column::shared(Arc::clone(&laid.volume), len));
         let folded_mass = folded.moved[0] * dx.powi(3) * setup.material.density();
         let undeformed = (0..arrived.nodes.len()).map(|k| place(k).1).collect();
         let around = (arrived.nodes, undeformed);

@@ -18,7 +18,7 @@ pub(super) fn save(solid: &Solid, state: &mut State) {
     if let Some((time, u)) = &solid.laid_with {
         state.put_whole("body/nodes", solid.laid.nodes.as_flattened());
         state.put("body/laid_time", [*time]);
-        state.put("body/laid_displacement", u.values());
+        state.share("body/laid_displacement", u.share());
     }
 }
 
@@ -33,14 +33,14 @@ pub(super) fn restore(solid: &mut Solid, state: &State, particles: &Particles) -
         solid.laid = Laid {
             nodes,
             undeformed: (0..n).map(|a| reference.vector(a)).collect(),
-            volume: particles.column(Field::Volume).values().to_vec(),
+            volume: particles.column(Field::Volume).share(),
         };
         let (setup, laid) = (&solid.setup, &solid.laid);
         let mut elastic = solid
             .undeformed
             .deformed(setup, laid, &solid.holds, time, &u)
             .map_err(|e| damaged("body/laid_displacement", &format!("can not be laid: {e}")))?;
-        elastic.loads = laid.loads(setup, &elastic, &mut None)?;
+        elastic.loads = laid.loads(setup, &elastic, None)?;
         solid.matter = Matter::new(setup, elastic);
         solid.laid_with = Some((time, crate::particles::Column::from_vec(u, n)));
     } else if n != solid.laid.nodes.len() {

@@ -5,6 +5,7 @@ use crate::output::polydata::{Cells, PointField, PolyData};
 use hdf5::types::FixedAscii;
 use hdf5::{Dataset, Extent, File, Group, H5Type, SimpleExtents};
 use std::collections::HashMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// An open VTKHDF file that takes frame after frame.
@@ -100,6 +101,33 @@ impl VtkHdfWriter {
         let steps = self.steps;
         self.attempt(|open| write(open, frame, steps))?;
         self.steps += 1;
+        Ok(())
+    }
+
+    /// Appends what the file at `path`, of the same writer, has more than this one.
+    ///
+    /// # Errors
+    /// When it can not be read, has other fields, or its frames can not be stored.
+    pub fn catch_up(&mut self, path: &Path) -> Result<(), VtkHdfError> {
+        let mut steps = self.steps;
+        self.attempt(|open| {
+            let more = File::open(path)?.group("VTKHDF")?;
+            steps = more.group("Steps")?.attr("NSteps")?.read_scalar()?;
+            let mut names = ["Points", "NumberOfPoints"].map(str::to_owned).to_vec();
+            for group in CELL_GROUPS.iter().copied().chain(["PointData", "Steps/PointDataOffsets"]) {
+                names.extend(more.group(group)?.member_names()?.iter().map(|name| format!("{group}/{name}")));
+            }
+            let of_steps = more.group("Steps")?;
+            for name in of_steps.member_names()?.iter().filter(|n| of_steps.dataset(n).is_ok()) {
+                names.push(format!("Steps/{name}"));
+            }
+            for name in names {
+                copy_rows(&more.dataset(&name)?, open.dataset(&name)?)?;
+            }
+            open.root.group("Steps")?.attr("NSteps")?.write_scalar(&steps)?;
+            open.file.flush()
+        })?;
+        self.steps = steps;
         Ok(())
     }
 
@@ -238,6 +266,37 @@ fn append_rows<T: H5Type, const C: usize>(dataset: &Dataset, rows: &[[T; C]]) ->
         dataset.write_slice::<_, T, _, _>(rows, (start..start + rows.len(), ..))?;
     }
     Ok(start as i64)
+}
+
+/// Rows that are copied at once.
+const ROWS_AT_ONCE: usize = 32 * POINT_CHUNK;
+
+/// Appends the rows of a list or table that `to` has not.
+fn copy_rows(from: &Dataset, to: &Dataset) -> hdf5::Result<()> {
+    let rows = |dataset: &Dataset| dataset.shape().first().copied().unwrap_or(0);
+    let (mut start, end) = (rows(to), rows(from));
+    let real = from.dtype()?.is::<f64>();
+    while start < end {
+        let next = end.min(start + ROWS_AT_ONCE);
+        if real {
+            copy_part::<f64>(from, to, start..next)?;
+        } else {
+            copy_part::<i64>(from, to, start..next)?;
+        }
+        start = next;
+    }
+    Ok(())
+}
+
+fn copy_part<T: H5Type>(from: &Dataset, to: &Dataset, rows: Range<usize>) -> hdf5::Result<()> {
+    if from.ndim() == 1 {
+        let part = from.read_slice_1d::<T, _>(rows.clone())?;
+        to.resize(rows.end)?;
+        return to.write_slice(&part, rows);
+    }
+    let part = from.read_slice_2d::<T, _>((rows.clone(), ..))?;
+    to.resize((rows.end, part.ncols()))?;
+    to.write_slice(&part, (rows, ..))
 }
 
 fn append_field(dataset: &Dataset, field: &PointField) -> hdf5::Result<i64> {
