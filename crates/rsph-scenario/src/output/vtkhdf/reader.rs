@@ -108,7 +108,7 @@ fn damaged(what: impl Into<String>) -> Problem {
 }
 
 /// Where the tables of names are in a file of results: they are made before the first frame.
-const TABLES: u64 = 16_000_000;
+const TABLES: u64 = 1_000_000;
 
 struct Reader {
     root: Group,
