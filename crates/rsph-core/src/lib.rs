@@ -25,6 +25,7 @@ pub mod neighbors;
 pub mod observe;
 pub mod ops;
 pub mod particles;
+mod pool;
 pub mod reconstruct;
 pub mod region;
 pub mod remesh;

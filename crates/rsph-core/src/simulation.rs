@@ -26,6 +26,7 @@ use crate::integrate::chebyshev::RungeKuttaChebyshev;
 use crate::integrate::implicit::{self, Implicit};
 use crate::integrate::{Integrator, RungeKutta4};
 use crate::particles::Particles;
+use crate::pool::awake;
 use crate::setup::{Integration, Load, Mechanics, RemeshTrigger, Scheme, Setup, TimeStep};
 use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
@@ -263,7 +264,7 @@ impl Simulation {
     /// Advances by `dt`; false if the scheme wants a shorter step and nothing was done.
     fn step_by(&mut self, dt: f64) -> Result<bool, Failure> {
         // The whole step inside the thread pool: entering it for every sum costs more than small sums.
-        rayon::scope(|_| self.step_inside(dt))
+        awake(|| self.step_inside(dt))
     }
 
     fn step_inside(&mut self, dt: f64) -> Result<bool, Failure> {

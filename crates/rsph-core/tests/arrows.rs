@@ -8,7 +8,7 @@ use tree::{SourceFile, crate_folder, read, root, sources};
 /// The modules of the core in layers, lowest first. A module uses modules of lower layers only, not
 /// those beside it. A new module finds its place here and in ARCHITECTURE.md.
 const LAYERS: &[&[&str]] = &[
-    &["tensor", "kernel", "tiles"],
+    &["tensor", "kernel", "tiles", "pool"],
     &["error", "grid", "particles", "region", "neighbors"],
     &["mesh", "material", "snapshot", "level_set", "vector_field", "fluid", "fit", "state"],
     &["marching_cubes", "remesh", "reconstruct", "flow"],

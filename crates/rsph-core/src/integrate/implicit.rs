@@ -10,6 +10,8 @@ use crate::solve::stiff::StiffSolver;
 use crate::state::{State, Stateful};
 use rayon::prelude::*;
 
+/// Fewest values that a task works on.
+const VALUES_A_TASK: usize = 16384;
 /// gamma of SDIRK2: L-stable and of second order.
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 /// Residual of a stage, as a share of the largest load, over the tolerance of a step.
@@ -107,11 +109,17 @@ impl Implicit {
         let relaxation_time = elastic.material.relaxation_time();
         let mass = &elastic.mass;
         let dv = self.rates[1].values();
-        self.force.par_iter_mut().zip(dv).enumerate().for_each(|(i, (f, dv))| *f = mass[i % n] * dv);
+        for (f, dv) in self.force.chunks_mut(n).zip(dv.chunks(n)) {
+            f.par_iter_mut()
+                .zip(dv)
+                .zip(&**mass)
+                .with_min_len(VALUES_A_TASK)
+                .for_each(|((f, dv), m)| *f = m * dv);
+        }
         self.reference = self.reference.max(solver.norm(&self.force));
         // Without inertia and with a constant load the velocity dies out like this.
         let guess = -1.0 / (c + relaxation_time);
-        self.acceleration.par_iter_mut().zip(velocity.values()).for_each(|(a, v)| *a = guess * v);
+        crate::solve::sums::combine(guess, velocity.values(), 0.0, &mut self.acceleration);
         drop(velocity);
         elastic.fixed.zero(&mut self.acceleration, n);
         let before = solver.applications();
@@ -153,7 +161,8 @@ impl Implicit {
         *scale = scale.max(solver.norm(u.values()));
         // Against the scheme of first order that has only the first stage.
         let (v, first) = (v.values(), &self.first[0]);
-        self.force.par_iter_mut().zip(v).zip(first).for_each(|((e, v), first)| *e = GAMMA * dt * (v - first));
+        self.force.copy_from_slice(v);
+        crate::solve::sums::combine(-GAMMA * dt, first, GAMMA * dt, &mut self.force);
         let size = solver.norm(&self.force);
         Some(if size > 0.0 { size / *scale } else { 0.0 })
     }

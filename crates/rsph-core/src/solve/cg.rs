@@ -2,6 +2,7 @@
 
 use super::operator::{Operator, Preconditioner};
 use super::sums::{Sums, combine};
+use crate::pool::awake;
 
 /// When a solve ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,7 +80,7 @@ impl ConjugateGradients {
             }
             let first = outcome.iterations == 0;
             // Inside the thread pool: entering it for every sum costs more than small sums.
-            let squared = rayon::scope(|_| {
+            let squared = awake(|| {
                 preconditioner.apply(operator, r, z);
                 let rz = sums.dot(r, z);
                 combine(1.0, z, if first { 0.0 } else { rz / rz_before }, p);

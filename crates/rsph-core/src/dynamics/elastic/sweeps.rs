@@ -116,6 +116,14 @@ impl Elastic {
                     for l in 0..LANES {
                         q.0[l] = z[l] * volume[l];
                     }
+                } else if count > 0 && mask >> mask.trailing_zeros() == u8::MAX >> (LANES - count) {
+                    // Neighbouring lanes; V is zero in the others.
+                    let mut shifted = [0.0; 2 * LANES];
+                    let first = mask.trailing_zeros() as usize;
+                    shifted[first..first + LANES].copy_from_slice(&z);
+                    for l in 0..LANES {
+                        q.0[l] = shifted[l] * volume[l];
+                    }
                 } else {
                     let occupied = (0..LANES).filter(|l| mask >> l & 1 == 1);
                     occupied.zip(z).for_each(|(l, z)| q.0[l] = z * volume[l]);
