@@ -9,6 +9,7 @@ use tree::{root, sources};
 const NAMED: &[(&str, &str)] = &[
     ("crates/rsph-py/src/arrays.rs", "NumPy arrays that look at the core's columns"),
     ("crates/rsph-core/tests/allocations.rs", "an allocator that counts"),
+    ("benches/wasm/src/lib.rs", "names of functions that JavaScript calls"),
 ];
 
 /// Crates that can not have any.
