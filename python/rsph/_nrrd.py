@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from typing import Any
 
 import numpy as np
@@ -36,22 +37,27 @@ def read_nrrd(
     def refuse(problem: str, remedy: str) -> InputError:
         return InputError(f"{path}: {problem}", key="body.labelmap.path", value=path, remedy=remedy)
 
+    # What the package lets through of a damaged file depends on where the damage is.
+    damage = (ArithmeticError, EOFError, LookupError, OSError, TypeError, ValueError)
     try:
         voxels, header = nrrd.read(path)
-    except (OSError, ValueError, nrrd.NRRDError, MemoryError) as e:
+        directions, origin = _axes(header)
+        unit = _unit(header) if scale is None else scale
+    except (*damage, MemoryError, zlib.error, nrrd.NRRDError) as e:
         raise refuse(f"cannot be read: {e}", "give a segmentation as NRRD or NIfTI") from None
     if voxels.ndim != 3:
         raise refuse(
             f"has {voxels.ndim} dimensions, a segmentation has three",
             "export one label map, not several in one file",
         )
+    if directions.shape != (3, 3) or origin.shape != (3,):
+        raise refuse("does not say where its voxels are", "export it again, or give it as NIfTI")
     inside = np.ascontiguousarray(voxels == label)
     if not inside.any():
         there = ", ".join(str(v) for v in np.unique(voxels)[:20])
         raise refuse(f"no voxel has the label {label}", f"the file holds {there}")
-    unit = _unit(header) if scale is None else scale
     matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = _axes(header)
+    matrix[:3, :3], matrix[:3, 3] = directions, origin
     # NRRD tells the space of its positions; NIfTI has always right, anterior, superior.
     matrix = np.diag([*_to_ras(header), 1.0]) @ matrix
     if axes == "organ":

@@ -223,6 +223,25 @@ def test_nrrd_is_the_same_body_as_nifti(tmp_path, space):
         shapes.LabelMap(tmp_path / "bad.nrrd")
 
 
+def test_damaged_nrrd_is_refused(tmp_path):
+    nrrd = pytest.importorskip("nrrd")
+    path = tmp_path / "ball.nrrd"
+    nrrd.write(str(path), BALL[::4, ::4, ::4].astype(np.uint8))
+    whole = path.read_bytes()
+    rng = np.random.default_rng(8)
+    refused = 0
+    for _ in range(400):
+        damaged = bytearray(whole)
+        for at in rng.integers(len(damaged), size=3):
+            damaged[at] = rng.integers(256)
+        path.write_bytes(damaged[: rng.integers(20, 2 * len(damaged))])
+        try:
+            shapes.LabelMap(path, label=1)
+        except rsph.InputError:
+            refused += 1
+    assert refused > 200
+
+
 def nifti(tmp_path):
     nib.save(nib.Nifti1Image(BALL.astype(np.uint8), np.eye(4)), tmp_path / "good.nii")
     return (tmp_path / "good.nii").read_bytes()

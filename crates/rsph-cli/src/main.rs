@@ -1,4 +1,5 @@
 //! `rsph`: the command line.
+#![forbid(unsafe_code)]
 
 mod cmd;
 mod exit;

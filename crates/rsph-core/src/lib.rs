@@ -1,5 +1,6 @@
 //! The numerics of rsph: remeshed Smoothed Particle Hydrodynamics of viscoelastic organs, after
 //! Hieber, Walther and Koumoutsakos.
+#![forbid(unsafe_code)]
 #![allow(clippy::inline_always)]
 // Tests compare exact values.
 #![cfg_attr(test, allow(clippy::float_cmp))]

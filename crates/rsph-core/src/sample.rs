@@ -8,7 +8,7 @@ mod zero_surface;
 
 use crate::error::InvalidInput;
 use crate::grid::Grid;
-use crate::shape::Shape;
+use crate::shape::{Shape, check};
 
 /// How fine the lattice is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,6 +66,7 @@ pub struct Alignment {
 /// bounding box, unless `alignment` says otherwise for an axis.
 ///
 /// # Errors
+/// `body.shape` when it is too small, too large or too far away to be computed with;
 /// `body.spacing` when it is not positive, gives no particle, or more cells than memory holds;
 /// `body.particles` when it is 0 or more than memory holds.
 pub fn sample(
@@ -73,6 +74,7 @@ pub fn sample(
     resolution: Resolution,
     alignment: &[Alignment],
 ) -> Result<Body, InvalidInput> {
+    check::extent("body.shape", &shape.bounds(), shape.dimension())?;
     let occupied = match resolution {
         Resolution::Spacing(spacing) => lattice::with_spacing(shape, spacing, alignment)?,
         Resolution::Particles(count) => search::with_count(shape, count, alignment)?,

@@ -19,11 +19,11 @@ pub fn column_view<'py>(py: Python<'py>, column: &Column) -> PyResult<Bound<'py,
     let (n, components) = (column.len(), column.components());
     let owner = Bound::new(py, Storage { data: column.share() })?;
     let data = &owner.get().data;
-    // SAFETY (both branches): the array points into the vector that `owner` keeps alive as the base
-    // of the array. `Storage` is frozen, and a shared vector is never written to: the core copies a
-    // column before it writes while anybody else holds it.
     if components <= 1 {
         let view = ArrayView1::from(&data[..]);
+        // SAFETY: the array points into the vector that `owner` keeps alive as the base of the array.
+        // `Storage` is frozen, and a shared vector is never written to: the core copies a column before it
+        // writes while anybody else holds it.
         let array = unsafe { PyArray1::borrow_from_array(&view, owner.clone().into_any()) };
         array.readwrite().make_nonwriteable();
         return Ok(array.into_any());
@@ -31,6 +31,7 @@ pub fn column_view<'py>(py: Python<'py>, column: &Column) -> PyResult<Bound<'py,
     // Component by component in memory, particle by particle to the user.
     let view = ArrayView2::from_shape((n, components).strides((1, n)), data)
         .map_err(|e| crate::errors::plain(&e.to_string()))?;
+    // SAFETY: as above; the strides stay within the vector, as `from_shape` has checked.
     let array = unsafe { PyArray2::borrow_from_array(&view, owner.clone().into_any()) };
     array.readwrite().make_nonwriteable();
     Ok(array.into_any())

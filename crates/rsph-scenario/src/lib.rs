@@ -1,4 +1,5 @@
 //! Scenario files, the run loop and what surrounds a simulation.
+#![forbid(unsafe_code)]
 
 pub mod label_map;
 mod lower;
@@ -9,5 +10,6 @@ pub mod scenario;
 mod shape_of;
 pub mod sink;
 pub mod validation;
+mod whole_file;
 
 pub use lower::{Cadence, Job};

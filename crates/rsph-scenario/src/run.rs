@@ -139,6 +139,9 @@ pub fn run(
     observer: &mut dyn Observer,
     stop: &AtomicBool,
 ) -> Result<Outcome, RunError> {
+    if begin == Begin::Resumed {
+        resume::check_results(folder)?;
+    }
     run_with(scenario, folder, begin, &mut store::open, observer, stop)
 }
 

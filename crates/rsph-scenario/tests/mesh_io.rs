@@ -154,6 +154,22 @@ fn fields_become_vertex_properties_of_ply() {
     assert_is_cube(&path);
 }
 
+#[test]
+fn ascii_stl_as_programs_write_it_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let cube = ascii_stl("solid cube");
+    for (name, text) in [
+        ("crlf.stl", cube.replace('\n', "\r\n")),
+        ("upper_case.stl", cube.to_uppercase()),
+        ("no_normals.stl", cube.replace("normal 0 0 0", "normal nan -nan(ind) nan")),
+        ("no_end.stl", cube.replace("endsolid\n", "")),
+    ] {
+        assert_is_cube(&file(&folder, name, text));
+    }
+    let twice = file(&folder, "two_solids.stl", cube.clone() + &cube);
+    assert_eq!(read_mesh(&twice, 1.0).unwrap().triangles.len(), 24);
+}
+
 fn problem(path: &Path) -> String {
     let error = read_mesh(path, 1.0).unwrap_err();
     assert_eq!(error.path(), path);
@@ -169,18 +185,18 @@ fn broken_files_are_refused_with_path_and_reason() {
     let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
                property float z\nend_header\n";
     let cases: [(&str, Vec<u8>, &str); 16] = [
-        ("empty.stl", vec![], "too short"),
+        ("empty.stl", vec![], "is empty"),
         ("count.stl", stl, "announces 4294967295 triangles"),
         ("none.stl", vec![0; 84], "no triangle"),
         ("text.stl", b"solid x\nfacet normal 0 0 0\nouter loop\nvertex 1 2 q\n".to_vec(), "STL"),
-        ("empty.obj", vec![], "no triangle"),
+        ("empty.obj", vec![], "is empty"),
         ("index.obj", b"v 0 0 0\nf 1 2 3\n".to_vec(), "OBJ"),
         ("number.obj", b"v 0 0 x\n".to_vec(), "OBJ"),
-        ("empty.ply", vec![], "PLY"),
+        ("empty.ply", vec![], "is empty"),
         ("short.ply", format!("{ply}0 0 0\n").into_bytes(), "PLY"),
         ("huge.ply", ply.replace("vertex 3", "vertex 999999999999").into_bytes(), "more than the"),
         ("bare.ply", b"ply\nformat ascii 1.0\nelement vertex 9\nend_header\n".to_vec(), "property \"x\""),
-        ("empty.glb", vec![], "glTF"),
+        ("empty.glb", vec![], "is empty"),
         ("cycle.gltf", gltf(r#",{"children":[2]}"#).replace("[1]", "[1,1]").into_bytes(), "glTF"),
         ("accessor.gltf", gltf("").replace("\"POSITION\":0", "\"POSITION\":7").into_bytes(), "accessor 7"),
         ("buffer.gltf", gltf("").replace("data:app", "/dev/zero#").into_bytes(), "beside the file"),
@@ -197,7 +213,7 @@ fn missing_files_folders_formats_and_scales_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     assert!(matches!(read_mesh(&folder.path().join("no.stl"), 1.0), Err(MeshError::File { .. })));
     fs::create_dir(folder.path().join("dir.stl")).unwrap();
-    assert!(problem(&folder.path().join("dir.stl")).contains("not a regular file"));
+    assert!(problem(&folder.path().join("dir.stl")).contains("this is a folder"));
     assert!(problem(&folder.path().join("a.step")).contains("stl, obj, ply, glb, gltf"));
     let path = folder.path().join("a.stl");
     write_mesh(&path, &cube(), &[]).unwrap();

@@ -8,6 +8,7 @@ use crate::boundary::skin::{Carriers, Skin};
 use crate::boundary::surface_load::{SurfacePoint, Traction};
 use crate::boundary::tag::no_particle;
 use crate::error::InvalidInput;
+use crate::grid::Bounds;
 use crate::region::Region;
 use crate::setup::{Load, LoadKind};
 use crate::shape::Shape;
@@ -62,12 +63,17 @@ pub fn nodal_loads(
             None => Skin::reached(surface, body.spacing, carriers, traction.reaches).force(n, traction),
         };
         force.ok_or_else(|| {
+            let Bounds { min, max } = body.shape.bounds();
+            let place = |v: &Vec3| format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z);
             InvalidInput::new(
                 format!("load[{i}]"),
                 "(this load)",
-                "acts on no part of the surface",
-                "check the region or centre, the direction and the signs; the surface lies within the \
-                 body's bounding box",
+                format!(
+                    "acts on no part of the surface, which lies between {} and {}",
+                    place(&min),
+                    place(&max)
+                ),
+                "check the region or centre, its units, the direction and the signs",
             )
         })
     };

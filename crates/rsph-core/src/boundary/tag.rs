@@ -235,7 +235,7 @@ pub fn no_particle(key: &str, region: &Region, positions: &[Vec3]) -> InvalidInp
             place(&low),
             place(&high)
         ),
-        "move or enlarge the region, or choose a smaller spacing",
+        "move or enlarge the region, check its units, or choose a smaller spacing",
     )
 }
 

@@ -19,10 +19,10 @@ impl BoxShape {
     ///
     /// # Errors
     /// `body.shape.box.size[i]` when a length is not positive and finite,
-    /// `body.shape.box.min[i]` when a coordinate is not finite.
+    /// `body.shape.box.corner[i]` when a coordinate is not finite.
     pub fn new(size: Vec3, min: Vec3) -> Result<Self, InvalidInput> {
         check::positive_vector("body.shape.box.size", &size)?;
-        check::finite("body.shape.box.min", &min)?;
+        check::finite("body.shape.box.corner", &min)?;
         let bounds = Bounds { min, max: min + size };
         Ok(Self { surface: faces(&bounds), bounds })
     }
@@ -124,6 +124,6 @@ mod tests {
             assert_eq!(e.key, "body.shape.box.size[1]");
         }
         let e = BoxShape::new(Vec3::repeat(1.0), Vec3::new(0.0, 0.0, f64::NAN)).unwrap_err();
-        assert_eq!(e.key, "body.shape.box.min[2]");
+        assert_eq!(e.key, "body.shape.box.corner[2]");
     }
 }

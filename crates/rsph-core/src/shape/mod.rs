@@ -1,7 +1,7 @@
 //! Shapes of bodies: anything with a signed distance and a surface. One shape a file.
 
 mod box_shape;
-mod check;
+pub(crate) mod check;
 mod columns;
 mod cylinder;
 mod disc;

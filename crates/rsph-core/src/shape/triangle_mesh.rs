@@ -1,7 +1,7 @@
 //! A body bounded by a triangle surface.
 
 use super::repair::{self, Found, Repair};
-use super::{Shape, columns::Columns};
+use super::{Shape, check, columns::Columns};
 use crate::error::InvalidInput;
 use crate::grid::{Bounds, Grid};
 use crate::mesh::TriangleMesh;
@@ -67,7 +67,11 @@ impl MeshShape {
                 "repair the mesh, or export it again",
             );
         }
-        let (parts, mut notes) = repair::outward(&mesh.merged(), name);
+        let merged = mesh.merged();
+        if let Some(bounds) = merged.bounds() {
+            check::extent("body.shape.mesh.path", &bounds, 3)?;
+        }
+        let (parts, mut notes) = repair::outward(&merged, name);
         let Some(bounds) = parts.mesh.bounds() else {
             return refuse("the mesh has no triangles".into(), "give a closed surface");
         };

@@ -107,6 +107,9 @@ fn particles(state: &State, like: &Particles) -> Result<Particles, InvalidInput>
     let mut particles = Particles::new(n);
     for spec in COLUMNS.iter().filter(|c| like.has(c.field)) {
         let values = state.real_of(&name_of(spec.name), spec.components * n)?;
+        if !values.iter().all(|x| x.is_finite()) {
+            return Err(damaged(&name_of(spec.name), "holds a value that is not finite"));
+        }
         particles.set(spec.field, Column::from_vec(values.to_vec(), n));
     }
     Ok(particles)

@@ -6,6 +6,8 @@ use rsph_core::tensor::{Mat3, Vec3};
 
 /// Bytes of a NIfTI-1 and of a NIfTI-2 header.
 pub const SIZES: [usize; 2] = [348, 540];
+/// Voxels begin before this byte: what comes before is text about the image.
+const LAST_START: f64 = 1e8;
 /// More voxels than this along an axis are a broken header.
 const LONGEST: i64 = 100_000;
 
@@ -201,8 +203,8 @@ pub fn understand(bytes: &[u8]) -> Result<Header, Problem> {
         Placement { axes: Mat3::from_diagonal(&edges), origin: Vec3::zeros() }
     };
     let offset = at(layout.vox_offset, offset);
-    if !(offset >= size as f64 && offset < 1e12) {
-        return Err(broken(format!("says that its voxels begin at byte {offset}, within its header")));
+    if !(offset >= size as f64 && offset < LAST_START) {
+        return Err(broken(format!("says that its voxels begin at byte {offset}, which can not be")));
     }
     Ok(Header {
         size: voxels(&std::array::from_fn(dim))?,

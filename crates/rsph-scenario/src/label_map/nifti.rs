@@ -1,6 +1,6 @@
 //! NIfTI files, plain or compressed, read row by row: an image is never in memory as a whole.
 
-use super::header::{Header, SIZES, kind, understand};
+use super::header::{Header, kind, understand};
 use super::{Labelled, Problem, broken};
 use flate2::read::MultiGzDecoder;
 use rsph_core::shape::Run;
@@ -9,6 +9,12 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
+/// Most voxels of an image; a CT scan of a whole body has a quarter of them.
+const MAX_VOXELS: u64 = 2_000_000_000;
+/// Most runs of a label, of 32 bytes each; a liver in voxels of half a millimetre has 200,000.
+const MAX_RUNS: usize = 10_000_000;
+/// Most bytes after the voxels of an archive that are looked at.
+const MAX_REST: u64 = 100_000_000;
 /// Labels that a message lists.
 const LISTED: usize = 20;
 /// The first bytes of a file compressed by gzip.
@@ -27,13 +33,21 @@ pub fn read(path: &Path, label: u32) -> Result<Labelled, Problem> {
     if !info.is_file() {
         return Err(Problem("is not a regular file".into(), "give the path of a NIfTI file".into()));
     }
+    if info.len() == 0 {
+        return Err(broken("is empty"));
+    }
     let mut file = File::open(path).map_err(|e| unreadable(&e))?;
     let mut start = Vec::new();
     (&mut file).take(2).read_to_end(&mut start).map_err(|e| unreadable(&e))?;
     file.seek(SeekFrom::Start(0)).map_err(|e| unreadable(&e))?;
     let file = BufReader::with_capacity(1 << 16, file);
     if start == GZIP {
-        voxels(&mut BufReader::with_capacity(1 << 16, MultiGzDecoder::new(file)), None, label)
+        let mut stream = BufReader::with_capacity(1 << 16, MultiGzDecoder::new(file));
+        let found = voxels(&mut stream, None, label)?;
+        // Whether the archive is whole is known at its end.
+        io::copy(&mut stream.take(MAX_REST), &mut io::sink())
+            .map_err(|e| broken(format!("is a damaged archive: {e}")))?;
+        Ok(found)
     } else {
         voxels(&mut { file }, Some(info.len()), label)
     }
@@ -45,7 +59,14 @@ fn voxels(stream: &mut dyn Read, length: Option<u64>, label: u32) -> Result<Labe
     let [nx, ny, nz] = header.size;
     let row_bytes = nx * header.number.bytes();
     // Sizes are below 1e5 each, so that this fits.
-    let needed = header.offset + (row_bytes as u64) * (ny as u64) * (nz as u64);
+    let count = nx as u64 * ny as u64 * nz as u64;
+    if count > MAX_VOXELS {
+        return Err(Problem(
+            format!("has {nx} x {ny} x {nz} voxels; {MAX_VOXELS} are allowed in all"),
+            "cut the image to the organ, or make it coarser".into(),
+        ));
+    }
+    let needed = header.offset + count * header.number.bytes() as u64;
     if let Some(length) = length.filter(|length| *length < needed) {
         return Err(broken(format!(
             "ends too early: an image of {nx} x {ny} x {nz} voxels needs {needed} bytes, the file has {length}"
@@ -58,7 +79,7 @@ fn voxels(stream: &mut dyn Read, length: Option<u64>, label: u32) -> Result<Labe
     for k in 0..nz {
         for j in 0..ny {
             stream.read_exact(&mut row).map_err(|e| {
-                broken(format!("ends or breaks in slice {k} of {nz}, where voxels should be: {e}"))
+                broken(format!("{} in slice {k} of {nz}, where voxels should be", cut_or_damaged(&e)))
             })?;
             let mut inside: Option<Run> = None;
             for (i, bytes) in row.chunks_exact(header.number.bytes()).enumerate() {
@@ -74,6 +95,12 @@ fn voxels(stream: &mut dyn Read, length: Option<u64>, label: u32) -> Result<Labe
             }
             runs.extend(inside);
         }
+        if runs.len() > MAX_RUNS {
+            return Err(Problem(
+                format!("has more than {MAX_RUNS} pieces of rows with the label {label}: this is noise"),
+                "smooth the segmentation, or save it with whole numbers".into(),
+            ));
+        }
     }
     if runs.is_empty() {
         let list: Vec<String> = seen.iter().map(ToString::to_string).collect();
@@ -87,13 +114,20 @@ fn voxels(stream: &mut dyn Read, length: Option<u64>, label: u32) -> Result<Labe
     Ok(Labelled { runs, size: header.size, placement: header.placement, metres: header.metres })
 }
 
+fn cut_or_damaged(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::UnexpectedEof => "ends".into(),
+        _ => format!("can not be read ({error})"),
+    }
+}
+
 /// Reads the header and what lies between it and the voxels.
 fn header(stream: &mut dyn Read) -> Result<Header, Problem> {
-    let short = |e: io::Error| broken(format!("is no NIfTI file: {e}"));
-    let mut bytes = vec![0; 4];
-    stream.read_exact(&mut bytes).map_err(short)?;
-    let start = [bytes[0], bytes[1], bytes[2], bytes[3]];
-    let size = kind(start).map_or(SIZES[0], |(size, _)| size);
+    let short = |e: io::Error| broken(format!("{} within its header", cut_or_damaged(&e)));
+    let mut start = [0; 4];
+    stream.read_exact(&mut start).map_err(short)?;
+    let (size, _) = kind(start).ok_or_else(|| broken("is no NIfTI file"))?;
+    let mut bytes = start.to_vec();
     bytes.resize(size, 0);
     stream.read_exact(&mut bytes[4..]).map_err(short)?;
     let header = understand(&bytes)?;

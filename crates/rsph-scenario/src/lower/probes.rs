@@ -5,6 +5,7 @@ use crate::scenario::{Document, KeyPath, ProbeTable, ScenarioError};
 use rsph_core::particles::COLUMNS;
 use rsph_core::setup::{Mechanics, Probe, Quantity, RemeshTrigger};
 use rsph_core::simulation::own_readings;
+use std::collections::BTreeSet;
 
 /// All `[[probe]]` entries.
 pub fn probes(
@@ -13,7 +14,7 @@ pub fn probes(
     mechanics: &Mechanics,
     trigger: RemeshTrigger,
 ) -> Result<Vec<Probe>, ScenarioError> {
-    let mut headers = vec!["time".to_owned()];
+    let mut headers = BTreeSet::from(["time".to_owned()]);
     headers.extend(own_readings(mechanics, trigger).iter().map(|(name, _)| (*name).to_owned()));
     let mut probes = Vec::with_capacity(tables.len());
     for (i, table) in tables.iter().enumerate() {
@@ -21,14 +22,13 @@ pub fn probes(
         let name = name(doc, &path.key("name"), &table.name)?;
         let quantity = quantity(doc, &path.key("quantity"), &table.quantity)?;
         for header in headers_of(&name, quantity) {
-            if headers.contains(&header) {
+            if !headers.insert(header.clone()) {
                 return Err(doc.error(
                     &path.key("name"),
                     format!("probes.csv would have two columns named \"{header}\""),
                     "give every probe a name of its own",
                 ));
             }
-            headers.push(header);
         }
         let region = region(doc, &path.key("region"), &table.region)?;
         probes.push(Probe { name, quantity, region });

@@ -5,11 +5,23 @@ mod obj;
 mod ply;
 mod stl;
 
+use crate::whole_file::{Kind, Unreadable};
 use rsph_core::mesh::TriangleMesh;
 use rsph_core::surface::SurfaceField;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+
+/// Mesh files are in memory as a whole.
+const FILE: Kind = Kind {
+    what: "a mesh file",
+    limit: 1_000_000_000,
+    if_larger: "simplify the mesh: a tenth of the triangles is as good for a simulation",
+    if_missing: "check the path; a relative one in a scenario starts beside its file",
+    from_pipe: false,
+};
+/// Most vertices, and most triangles, of a mesh.
+const MAX_ELEMENTS: usize = 20_000_000;
 
 /// A mesh file that can not be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -22,7 +34,7 @@ pub enum MeshError {
         /// What the system says.
         problem: String,
         /// What to do about it.
-        remedy: &'static str,
+        remedy: String,
     },
     /// The extension names no format that is known.
     #[error("{}: {problem}; {remedy}", path.display())]
@@ -80,20 +92,24 @@ impl MeshError {
     /// What to do about it.
     pub fn remedy(&self) -> &str {
         match self {
-            Self::File { remedy, .. }
-            | Self::UnknownFormat { remedy, .. }
+            Self::File { remedy, .. } => remedy,
+            Self::UnknownFormat { remedy, .. }
             | Self::Malformed { remedy, .. }
             | Self::Scale { remedy, .. } => remedy,
         }
     }
 
-    fn file(path: &Path, error: &io::Error) -> Self {
-        let remedy = match error.kind() {
-            io::ErrorKind::NotFound => "check the path; a relative one in a scenario starts beside its file",
-            io::ErrorKind::PermissionDenied => "check the permissions of the file and its folder",
-            _ => "check the file and the disk",
-        };
-        Self::File { path: path.into(), problem: error.to_string(), remedy }
+    fn unreadable(path: &Path, Unreadable { problem, remedy }: Unreadable) -> Self {
+        Self::File { path: path.into(), problem, remedy }
+    }
+
+    fn unwritable(path: &Path, error: &io::Error) -> Self {
+        let problem = format!("cannot be written: {error}");
+        Self::File {
+            path: path.into(),
+            problem,
+            remedy: "check the folder, its permissions and the disk".into(),
+        }
     }
 
     fn malformed(path: &Path, problem: impl Into<String>) -> Self {
@@ -125,7 +141,10 @@ pub fn read_mesh(path: &Path, scale: f64) -> Result<TriangleMesh, MeshError> {
         "glb" | "gltf" => gltf_file::parse,
         _ => return Err(unknown_format(path, "stl, obj, ply, glb, gltf")),
     };
-    let bytes = contents(path)?;
+    let bytes = FILE.read(path).map_err(|e| MeshError::unreadable(path, e))?;
+    if bytes.is_empty() {
+        return Err(MeshError::malformed(path, "the file is empty"));
+    }
     let mut mesh = parse(path, &bytes)?;
     if mesh.triangles.is_empty() {
         return Err(MeshError::malformed(path, "the file holds no triangle"));
@@ -153,7 +172,7 @@ pub fn write_mesh(path: &Path, mesh: &TriangleMesh, fields: &[SurfaceField]) -> 
         "ply" => ply::format(mesh, fields),
         _ => return Err(unknown_format(path, "stl, obj, ply")),
     };
-    bytes.and_then(|b| fs::write(path, b)).map_err(|e| MeshError::file(path, &e))
+    bytes.and_then(|b| fs::write(path, b)).map_err(|e| MeshError::unwritable(path, &e))
 }
 
 fn extension(path: &Path) -> String {
@@ -168,17 +187,10 @@ fn unknown_format(path: &Path, known: &str) -> MeshError {
     }
 }
 
-/// The bytes of a regular file; a device or a pipe would have no end.
-fn contents(path: &Path) -> Result<Vec<u8>, MeshError> {
-    let info = fs::metadata(path).map_err(|e| MeshError::file(path, &e))?;
-    if !info.is_file() {
-        return Err(MeshError::File {
-            path: path.into(),
-            problem: "it is not a regular file".into(),
-            remedy: "give the path of a mesh file",
-        });
-    }
-    fs::read(path).map_err(|e| MeshError::file(path, &e))
+/// A piece of a file for a message, on one line.
+fn shown(text: &str) -> String {
+    const LONGEST: usize = 60;
+    text.split_whitespace().collect::<Vec<_>>().join(" ").chars().take(LONGEST).collect()
 }
 
 /// The triangles of polygons, given as vertex numbers, as fans around their first vertices.

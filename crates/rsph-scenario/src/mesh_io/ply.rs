@@ -1,7 +1,7 @@
 //! PLY, ASCII and binary.
 
-use super::{MeshError, fan};
-use ply_rs_bw::parser::{Parser, Reader};
+use super::{MAX_ELEMENTS, MeshError, fan, shown};
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
     DefaultElement, ElementDef, Encoding, Ply, Property, PropertyAccess, PropertyAccessResult, PropertyDef,
     PropertyType, ScalarType,
@@ -88,9 +88,10 @@ fn vertex_numbers(property: &Property) -> Option<Vec<u32>> {
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
     let invalid =
         |e: &dyn std::fmt::Display| MeshError::malformed(path, format!("not a valid PLY file: {e}"));
+    let unread = |e: &ParseError| invalid(&in_short(e));
     let parser = Parser::<Item>::new();
     let mut reader = Reader::new(bytes);
-    let header = parser.read_header(&mut reader).map_err(|e| invalid(&e))?;
+    let header = parser.read_header(&mut reader).map_err(|e| unread(&e))?;
     let has = |element: &str, property: &str| {
         header.elements.get(element).is_some_and(|e| e.properties.contains_key(property))
     };
@@ -108,8 +109,11 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, MeshError
             );
             return Err(invalid(&problem));
         }
-        let items =
-            parser.read_payload_for_element(&mut reader, element, &header).map_err(|e| invalid(&e))?;
+        if element.count > MAX_ELEMENTS {
+            let problem = format!("{} elements \"{name}\"; {MAX_ELEMENTS} are allowed", element.count);
+            return Err(invalid(&problem));
+        }
+        let items = parser.read_payload_for_element(&mut reader, element, &header).map_err(|e| unread(&e))?;
         match name.as_str() {
             "vertex" => mesh.vertices = items.iter().map(|i| i.position).collect(),
             "face" => mesh.triangles = items.iter().flat_map(|i| fan(&i.corners)).collect(),
@@ -117,6 +121,26 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, MeshError
         }
     }
     Ok(mesh)
+}
+
+/// The line, and what the library says first about it, in plain words.
+fn in_short(error: &ParseError) -> String {
+    let text = error.to_string();
+    let said = text.lines().next().unwrap_or_default().trim_end_matches('.');
+    let said = said.split_once(": ").filter(|_| error.line().is_some()).map_or(said, |(_, rest)| rest);
+    let said = match said {
+        "Couldn't read element line" => "these are not the numbers that the header announces",
+        "Couldn't parse line" => "no line of a PLY header is like this",
+        other => other,
+    };
+    let quoted = text.lines().find_map(|l| l.trim().strip_prefix("String: '"));
+    match (error.line(), quoted) {
+        (Some(line), Some(text)) => {
+            format!("line {line}, \"{}\": {said}", shown(text.trim_end_matches('\'')))
+        }
+        (Some(line), None) => format!("line {line}: {said}"),
+        (None, _) => said.to_owned(),
+    }
 }
 
 pub(super) fn format(mesh: &TriangleMesh, fields: &[SurfaceField]) -> io::Result<Vec<u8>> {

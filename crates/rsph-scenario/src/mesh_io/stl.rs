@@ -1,5 +1,7 @@
 //! STL, ASCII and binary.
 
+mod ascii;
+
 use super::MeshError;
 use rsph_core::mesh::TriangleMesh;
 use rsph_core::tensor::Vec3;
@@ -10,41 +12,44 @@ use std::path::Path;
 const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 
+/// The triangles of a file. The length tells text from numbers: many programs begin binary files with "solid"
+/// too.
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
-    let prepared = prepared(path, bytes)?;
-    let read = stl_io::read_stl(&mut Cursor::new(prepared))
+    let count: Option<[u8; 4]> = bytes.get(80..HEADER).and_then(|b| b.try_into().ok());
+    let length = |count: u32| HEADER + TRIANGLE * count as usize;
+    let expected = count.map(|n| length(u32::from_le_bytes(n)));
+    let start = bytes.trim_ascii_start();
+    let says_solid = start.get(..5).is_some_and(|b| b.eq_ignore_ascii_case(b"solid"));
+    if says_solid && expected != Some(bytes.len()) {
+        return ascii::triangles(bytes).map_err(|problem| MeshError::malformed(path, problem));
+    }
+    let is_text = bytes.iter().take(HEADER).all(|&b| b.is_ascii_graphic() || b.is_ascii_whitespace());
+    let problem = match (count, expected) {
+        (Some(_), Some(expected)) if expected <= bytes.len() => return binary(path, bytes),
+        _ if is_text => "this is a text, but no STL file: such a text begins with \"solid\"".into(),
+        (Some(count), _) if length(u32::from_be_bytes(count)) == bytes.len() => {
+            "the bytes of its numbers are in the wrong order: STL files are little-endian".into()
+        }
+        (Some(count), Some(expected)) => format!(
+            "the STL file announces {} triangles, which take {expected} bytes, but has {} bytes",
+            u32::from_le_bytes(count),
+            bytes.len()
+        ),
+        _ => format!("{} bytes are too short for an STL file", bytes.len()),
+    };
+    Err(MeshError::malformed(path, problem))
+}
+
+fn binary(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
+    let mut bytes = bytes.to_vec();
+    // The library takes a header that begins with "solid" for text.
+    bytes[..80].fill(0);
+    let read = stl_io::read_stl(&mut Cursor::new(bytes))
         .map_err(|e| MeshError::malformed(path, format!("not a valid STL file: {e}")))?;
     Ok(TriangleMesh {
         vertices: read.vertices.iter().map(|v| Vec3::from(v.0.map(f64::from))).collect(),
         triangles: read.faces.iter().map(|f| f.vertices.map(|v| v as u32)).collect(),
     })
-}
-
-/// The file with a first line or header that leaves no doubt whether it is text. The length tells
-/// the two apart: many programs begin binary files with "solid" too.
-fn prepared(path: &Path, bytes: &[u8]) -> Result<Vec<u8>, MeshError> {
-    let count = bytes.get(80..HEADER).map(|b| b.iter().rev().fold(0, |n, &d| n << 8 | usize::from(d)));
-    let expected = count.map(|n| HEADER + TRIANGLE * n);
-    let is_text = bytes.get(..5).is_some_and(|b| b.eq_ignore_ascii_case(b"solid"));
-    if is_text && expected != Some(bytes.len()) {
-        let line = bytes.iter().position(|&b| b == b'\n').unwrap_or(bytes.len());
-        return Ok([b"solid text", &bytes[line..]].concat());
-    }
-    match (count, expected) {
-        (Some(_), Some(expected)) if expected <= bytes.len() => {
-            let mut binary = bytes.to_vec();
-            binary[..80].fill(0);
-            Ok(binary)
-        }
-        (Some(count), Some(expected)) => Err(MeshError::malformed(
-            path,
-            format!(
-                "the STL file announces {count} triangles, which take {expected} bytes, but has {} bytes",
-                bytes.len()
-            ),
-        )),
-        _ => Err(MeshError::malformed(path, format!("{} bytes are too short for an STL file", bytes.len()))),
-    }
 }
 
 pub(super) fn format(mesh: &TriangleMesh) -> io::Result<Vec<u8>> {

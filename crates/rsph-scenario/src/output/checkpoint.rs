@@ -1,6 +1,7 @@
 //! `checkpoint.h5`: everything that a run needs to go on as if it had never stopped.
 
 use super::atomic;
+use super::foreign;
 use super::vtkhdf::reason;
 use crate::sink::SinkError;
 use hdf5::{Dataset, File, Group};
@@ -96,11 +97,11 @@ impl Checkpoint {
     pub fn read(folder: &Path) -> Result<Self, CheckpointError> {
         let again = "run the scenario from its start, with `--force` in place of `--resume`";
         let path = folder.join(FILE);
-        let bytes = std::fs::metadata(&path)
-            .map_err(|e| CheckpointError::new(folder, format!("there is no checkpoint: {e}"), again))?
-            .len();
+        std::fs::metadata(&path)
+            .map_err(|e| CheckpointError::new(folder, format!("there is no checkpoint: {e}"), again))?;
         let damaged =
             |e: hdf5::Error| CheckpointError::new(folder, format!("not a readable checkpoint: {e}"), again);
+        foreign::check_file(&path, u64::MAX).map_err(|e| damaged(e.into()))?;
         let file = File::open(&path).map_err(damaged)?;
         let format = format(&file).map_err(damaged)?;
         if format != FORMAT {
@@ -110,12 +111,12 @@ impl Checkpoint {
                 "go on with the version of rsph that wrote it, or run from the start with `--force`",
             ));
         }
-        Self::load(&file, bytes).map_err(damaged)
+        Self::load(&file).map_err(damaged)
     }
 
-    fn load(file: &File, bytes: u64) -> hdf5::Result<Self> {
+    fn load(file: &File) -> hdf5::Result<Self> {
         let text = |name: &str| -> hdf5::Result<String> {
-            let dataset = checked(file.dataset(&format!("rsph/{name}"))?, name, 1, bytes)?;
+            let dataset = checked(file.dataset(&format!("rsph/{name}"))?, name, file)?;
             String::from_utf8(dataset.read_raw::<u8>()?).map_err(|e| e.to_string().into())
         };
         let mut state = State::default();
@@ -124,7 +125,7 @@ impl Checkpoint {
             let group = root.group(&part)?;
             for quantity in group.member_names()? {
                 let name = format!("{part}/{quantity}");
-                let dataset = checked(group.dataset(&quantity)?, &name, 8, bytes)?;
+                let dataset = checked(group.dataset(&quantity)?, &name, file)?;
                 if dataset.dtype()?.is::<f64>() {
                     state.put(&name, dataset.read_raw::<f64>()?);
                 } else {
@@ -136,11 +137,12 @@ impl Checkpoint {
     }
 }
 
-/// A list that is no longer than the file of `bytes` bytes can hold, at `size` bytes an entry.
-fn checked(dataset: Dataset, name: &str, size: u64, bytes: u64) -> hdf5::Result<Dataset> {
-    if dataset.ndim() != 1 || (dataset.size() as u64).saturating_mul(size) > bytes {
-        return Err(format!("`{name}` claims more values than the file holds").into());
+/// A list that the file holds itself.
+fn checked(dataset: Dataset, name: &str, file: &File) -> hdf5::Result<Dataset> {
+    if dataset.ndim() != 1 {
+        return Err(format!("`{name}` is no list").into());
     }
+    foreign::check_dataset(&dataset, name, &file.filename(), dataset.size() as u64)?;
     Ok(dataset)
 }
 

@@ -3,6 +3,7 @@
 
 pub(crate) mod atomic;
 pub mod checkpoint;
+mod foreign;
 mod frames_file;
 mod info;
 mod machine;

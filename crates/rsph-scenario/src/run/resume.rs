@@ -2,7 +2,7 @@
 
 use super::books::Books;
 use crate::output::VERSION;
-use crate::output::checkpoint::{Checkpoint, CheckpointError};
+use crate::output::checkpoint::{Checkpoint, CheckpointError, FILE as CHECKPOINT};
 use crate::scenario::LoadedScenario;
 use rsph_core::simulation::Simulation;
 use std::path::Path;
@@ -12,6 +12,25 @@ use toml::{Table, Value};
 const FREE: &[&str] = &["output.checkpoint"];
 /// Most keys that a message names.
 const MOST_KEYS: usize = 8;
+
+/// Results that a run goes on writing.
+const CONTINUED: &[&str] = &["particles.vtkhdf", "surface.vtkhdf", "probes.csv"];
+
+/// Makes sure that the results of the run are beside its checkpoint, if there is one.
+///
+/// # Errors
+/// The first that is not there.
+pub(super) fn check_results(folder: &Path) -> Result<(), CheckpointError> {
+    let missing = CONTINUED.iter().find(|name| !folder.join(name).is_file());
+    match missing.filter(|_| folder.join(CHECKPOINT).is_file()) {
+        None => Ok(()),
+        Some(name) => Err(CheckpointError::new(
+            folder,
+            format!("the run can not go on: its {name} is not there"),
+            "put the results back beside the checkpoint, or run from the start with `--force`",
+        )),
+    }
+}
 
 /// Makes sure that the checkpoint is one of this scenario.
 ///

@@ -23,7 +23,11 @@ pub struct Document {
 }
 
 impl Document {
-    pub(super) fn new(name: &str, original: String, sets: &[String]) -> Result<Self, ScenarioError> {
+    pub(super) fn new(name: &str, mut original: String, sets: &[String]) -> Result<Self, ScenarioError> {
+        // Some editors put a mark before the text.
+        if original.starts_with('\u{feff}') {
+            original.remove(0);
+        }
         // Syntax first: a message about a syntax error must point into the file as it is.
         DeTable::parse(&original).map_err(|e| syntax_error(name, &original, &e))?;
         let mut document = Self { name: name.into(), edited: original.clone(), original, overrides: vec![] };
@@ -147,9 +151,15 @@ impl Document {
 }
 
 fn syntax_error(name: &str, text: &str, error: &toml::de::Error) -> ScenarioError {
-    let problem = format!("this is no valid TOML: {}", error.message());
-    ScenarioError::new("", problem, "correct the line; texts are quoted, lists stand in [ ], tables in { }")
-        .at(name, text, error.span().unwrap_or_default())
+    const REMEDY: &str = "correct the line; numbers have a decimal point and no unit, texts stand in straight \
+                          quotes, lists in [ ], tables in { }";
+    let message = error.message();
+    let message = if message.contains("i128") { "this whole number is too large" } else { message };
+    ScenarioError::new("", format!("this is no valid TOML: {message}"), REMEDY).at(
+        name,
+        text,
+        error.span().unwrap_or_default(),
+    )
 }
 
 fn first_not_finite(value: &toml::Value, path: &KeyPath) -> Option<KeyPath> {

@@ -1,8 +1,12 @@
 //! A scenario that can not be understood or simulated: what, where, and what to do about it.
 
+use crate::whole_file::Unreadable;
 use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
 use std::fmt;
 use std::ops::Range;
+
+/// A text with longer lines (bytes) is not shown: it was not written by hand.
+const LONGEST_LINE: usize = 1000;
 
 /// Wrong input, with its place in the scenario file (or the `--set` that brought it in).
 #[derive(Clone, Debug)]
@@ -31,13 +35,17 @@ impl ScenarioError {
     }
 
     /// A file that can not be read.
-    pub(super) fn unreadable(name: &str, error: &std::io::Error) -> Self {
-        let remedy = match error.kind() {
-            std::io::ErrorKind::NotFound => "check the path; `rsph new > my.toml` writes one to start from",
-            std::io::ErrorKind::InvalidData => "a scenario is a TOML text in UTF-8",
-            _ => "check the path and the permissions",
+    pub(super) fn unreadable(name: &str, why: Unreadable) -> Self {
+        Self::new("", format!("{name}: {}", why.problem), why.remedy)
+    }
+
+    /// A file whose `bytes` are no text.
+    pub(super) fn no_text(name: &str, bytes: &[u8]) -> Self {
+        let remedy = match bytes {
+            [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "it looks like UTF-16: save it as UTF-8",
+            _ => "a scenario is a TOML text in UTF-8; `rsph new > my.toml` writes one to start from",
         };
-        Self::new("", format!("cannot read the scenario {name}: {error}"), remedy)
+        Self::new("", format!("{name}: this is no text in UTF-8"), remedy)
     }
 
     pub(super) fn with_value(mut self, value: Option<String>) -> Self {
@@ -63,6 +71,11 @@ impl ScenarioError {
         let line = before.matches('\n').count() + 1;
         let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
         Some(format!("{name}:{line}:{column}"))
+    }
+
+    /// The place, if a terminal can show it.
+    fn shown(&self) -> Option<&Place> {
+        self.place.as_deref().filter(|p| p.source.inner().lines().all(|line| line.len() <= LONGEST_LINE))
     }
 }
 
@@ -91,11 +104,11 @@ impl Diagnostic for ScenarioError {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.place.as_ref().map(|p| &p.source as &dyn SourceCode)
+        self.shown().map(|p| &p.source as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let place = self.place.as_ref()?;
+        let place = self.shown()?;
         let label = LabeledSpan::new_with_span(Some("here".into()), place.span.clone());
         Some(Box::new(std::iter::once(label)))
     }

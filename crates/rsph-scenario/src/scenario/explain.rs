@@ -10,6 +10,11 @@ pub fn suggestion<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     known
         .iter()
         .map(|k| (strsim::jaro_winkler(word, k), strsim::damerau_levenshtein(word, k), *k))
+        .map(
+            |(likeness, edits, k)| {
+                if word.eq_ignore_ascii_case(k) { (1.0, 0, k) } else { (likeness, edits, k) }
+            },
+        )
         .filter(|(likeness, edits, k)| *likeness > 0.85 || (*edits <= 1 + k.len() / 5 && *edits < k.len()))
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, _, k)| k)
@@ -63,12 +68,16 @@ fn in_plain_words(message: &str) -> String {
         ("expected f64", "a number is allowed"),
         ("expected usize", "a whole number, 0 or more, is allowed"),
         ("expected u64", "a whole number, 0 or more, is allowed"),
+        ("expected u32", "a whole number from 0 to 4294967295 is allowed"),
+        ("expected a map", "a table is allowed"),
+        ("wanted exactly 1 element, more than 1 element", "has several keys, and exactly one is allowed"),
         ("expected a boolean", "true or false is allowed"),
         ("expected a string", "a text in quotes is allowed"),
         ("expected an array of length 3", "a list of three is allowed"),
         ("expected a sequence", "a list is allowed"),
         ("expected string or table", "a name or a table is allowed"),
     ];
+    let message = &message.replace("type: sequence,", "type: list,").replace("type: map,", "type: table,");
     for (rust, plain) in WORDS {
         if let Some(start) = message.strip_suffix(rust) {
             return format!("{start}{plain}");
@@ -81,7 +90,7 @@ fn in_plain_words(message: &str) -> String {
     if let Some((start, _)) = message.split_once("expected enum ") {
         return format!("{start}a table {{ kind = ... }} or a name is allowed");
     }
-    message.to_owned()
+    message.clone()
 }
 
 #[cfg(test)]
@@ -94,5 +103,6 @@ mod tests {
         assert_eq!(suggestion("youngs_modulus", &known), Some("young_modulus"));
         assert_eq!(suggestion("poisson", &known), Some("poisson_ratio"));
         assert_eq!(suggestion("colour", &known), None);
+        assert_eq!(suggestion("si", &["SI", "normalised"]), Some("SI"));
     }
 }

@@ -32,7 +32,17 @@ pub use tables::{
 };
 pub use values::{CentreValue, EveryValue, TimeStepValue};
 
+use crate::whole_file::Kind;
 use std::path::{Path, PathBuf};
+
+/// Scenarios are short texts; one may come from a pipe.
+const FILE: Kind = Kind {
+    what: "a scenario",
+    limit: 1_000_000,
+    if_larger: "a scenario is a text of some kilobytes: check that this is one",
+    if_missing: "check the path; `rsph new > my.toml` writes one to start from",
+    from_pipe: true,
+};
 
 /// A scenario file read, edited by `--set`, and understood.
 #[derive(Clone, Debug)]
@@ -49,7 +59,8 @@ impl LoadedScenario {
     /// The first thing in the file or the edits that can not be understood, with its place.
     pub fn from_file(path: &Path, sets: &[String]) -> Result<Self, ScenarioError> {
         let name = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|e| ScenarioError::unreadable(&name, &e))?;
+        let bytes = FILE.read(path).map_err(|e| ScenarioError::unreadable(&name, e))?;
+        let text = String::from_utf8(bytes).map_err(|e| ScenarioError::no_text(&name, e.as_bytes()))?;
         let base_dir = path.parent().map(Path::to_path_buf).unwrap_or_default();
         Self::from_text(&name, text, base_dir, sets)
     }

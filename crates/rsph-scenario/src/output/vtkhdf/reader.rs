@@ -2,6 +2,7 @@
 //! it is used to size or index anything.
 
 use super::{CELL_GROUPS, POLYGONS, VERTICES, VtkHdfError};
+use crate::output::foreign;
 use crate::output::polydata::{Cells, PointField, PolyData};
 use hdf5::{Dataset, File, Group, H5Type};
 use std::ops::Range;
@@ -106,6 +107,9 @@ fn damaged(what: impl Into<String>) -> Problem {
     )
 }
 
+/// Where the tables of names are in a file of results: they are made before the first frame.
+const TABLES: u64 = 1_000_000;
+
 struct Reader {
     root: Group,
     steps: Group,
@@ -115,11 +119,11 @@ struct Reader {
 
 impl Reader {
     fn open(path: &Path) -> Result<Self, Problem> {
-        let bytes = std::fs::metadata(path)
-            .map_err(|e| {
-                Problem(format!("cannot be opened: {e}"), "check the path and its permissions".into())
-            })?
-            .len();
+        let info = std::fs::metadata(path).map_err(|e| {
+            Problem(format!("cannot be opened: {e}"), "check the path and its permissions".into())
+        })?;
+        let bytes = info.len();
+        foreign::check_file(path, TABLES).map_err(damaged)?;
         let file = File::open(path)?;
         let root = file.group("VTKHDF").map_err(|_| damaged("it has no group `VTKHDF`"))?;
         let steps = root
@@ -292,7 +296,7 @@ impl Reader {
         }
     }
 
-    /// A dataset that holds those rows, and no more than the file can hold.
+    /// A dataset of this file that holds those rows.
     fn checked(&self, group: &Group, name: &str, rows: &Range<usize>) -> Result<Dataset, Problem> {
         let dataset = group.dataset(name).map_err(|_| damaged(format!("it has no dataset `{name}`")))?;
         let shape = dataset.shape();
@@ -300,16 +304,12 @@ impl Reader {
         if rows.end > stored {
             return Err(damaged(format!("`{name}` has {stored} rows, row {} is asked for", rows.end - 1)));
         }
-        let row_values: u64 = shape.iter().skip(1).fold(1, |p, d| p.saturating_mul(*d as u64));
-        if (rows.len() as u64).saturating_mul(row_values) > self.bytes.saturating_mul(DEFLATE_LIMIT) {
-            return Err(damaged(format!("`{name}` claims more values than the file can hold")));
-        }
+        let row_values = shape.iter().skip(1).fold(1_u64, |p, d| p.saturating_mul(*d as u64));
+        let count = (rows.len() as u64).saturating_mul(row_values);
+        foreign::check_dataset(&dataset, name, &self.root.filename(), count)?;
         Ok(dataset)
     }
 }
-
-/// Compressed files of other programs: deflate packs no more than about this many bytes into one.
-const DEFLATE_LIMIT: u64 = 1032;
 
 fn span(start: usize, len: usize) -> Result<Range<usize>, Problem> {
     let end = start.checked_add(len).ok_or_else(|| damaged("an offset is out of all bounds"))?;
