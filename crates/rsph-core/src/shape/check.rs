@@ -51,7 +51,8 @@ pub(crate) fn extent(key: &str, bounds: &Bounds, dimension: usize) -> Result<(),
             key,
             text(),
             format!(
-                "this is the size of the body, and each of its lengths must lie between {:e} and {:e}",
+                "its size is {}; each of these lengths must lie between {:e} and {:e}",
+                text(),
                 SIZES.start(),
                 SIZES.end()
             ),
@@ -65,8 +66,9 @@ pub(crate) fn extent(key: &str, bounds: &Bounds, dimension: usize) -> Result<(),
             key,
             text(),
             format!(
-                "this is the size of the body, which lies {farthest:.3e} from the origin, more than \
-                 {FARTHEST:e} times its size: its points would lose their digits"
+                "its size is {}, and it lies {farthest:.3e} from the origin, more than {FARTHEST:e} times as far: \
+                 its points would lose their digits",
+                text()
             ),
             "move it to the origin",
         ));
