@@ -266,7 +266,7 @@ mod tests {
         m.triangles.truncate(8);
         assert!(problem(&m).contains("8 open edges") && problem(&m).contains("too wide"), "{}", problem(&m));
         m.triangles.truncate(2);
-        assert!(problem(&m).contains("4 open edges") && problem(&m).contains("nothing"), "{}", problem(&m));
+        assert!(problem(&m).contains("its size is 0.000e0"), "{}", problem(&m));
         m = cube();
         m.triangles.pop();
         let refused = MeshShape::new_closed(&m, "mesh x.stl").unwrap_err();
