@@ -52,13 +52,14 @@ pub(super) fn check_scenario(
     if keys.is_empty() {
         return Ok(());
     }
+    let differ = if keys.len() == 1 { "differs" } else { "differ" };
     let more = keys.len().saturating_sub(MOST_KEYS);
     keys.truncate(MOST_KEYS);
     let names = keys.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ");
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
     Err(CheckpointError::new(
         folder,
-        format!("belongs to another scenario: {names}{more} differ"),
+        format!("belongs to another scenario: {names}{more} {differ}"),
         "resume with the scenario as it was (scenario.toml in that folder, without `--set`), or run from the start \
          with `--force`",
     ))
