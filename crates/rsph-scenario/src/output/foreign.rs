@@ -11,8 +11,8 @@ use std::path::Path;
 /// The first bytes of an HDF5 file.
 const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
 
-/// Refuses a file that is no HDF5 file, or whose tables of names in its first `limit` bytes keep the library busy for
-/// ever.
+/// Refuses a file that is no HDF5 file, or whose tables of names in its first `limit` bytes would be too much for the
+/// library.
 ///
 /// # Errors
 /// What it is instead.
@@ -26,10 +26,7 @@ pub fn check_file(path: &Path, limit: u64) -> Result<(), String> {
     if file.read_exact(&mut start).is_err() || start != SIGNATURE {
         return Err("it does not begin as an HDF5 file does".into());
     }
-    if heaps::has_endless_list(&mut file, limit).map_err(|e| e.to_string())? {
-        return Err("a list of its free room runs in a circle".into());
-    }
-    Ok(())
+    heaps::trouble(&mut file, limit).map_err(|e| e.to_string())?.map_or(Ok(()), |what| Err(what.into()))
 }
 
 /// Refuses to read `count` values of a dataset, called `name`, that does not hold them itself: announced only, packed, or

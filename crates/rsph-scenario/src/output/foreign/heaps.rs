@@ -1,6 +1,8 @@
-//! The lists of free room in an HDF5 file's tables of names ("local heaps"). The library, up to version 2.0, follows a
-//! list that runs in a circle for ever and takes memory at every turn; fuzzing found it.
+//! An HDF5 file's tables of names ("local heaps"). The library, up to version 2.0, follows a list of free room that
+//! runs in a circle for ever and takes memory at every turn, and reads at address 0 where two tables say that
+//! their names lie in the same place; fuzzing found both.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
@@ -15,10 +17,12 @@ const NONE: u64 = 1;
 /// Bytes that are looked through at a time.
 const PIECE: usize = 1 << 20;
 
-/// Whether a list of free room in the first `limit` bytes of `file` never ends.
-pub fn has_endless_list(file: &mut File, limit: u64) -> io::Result<bool> {
+/// What is wrong with the tables of names in the first `limit` bytes of `file`, if the library would not see it.
+pub fn trouble(file: &mut File, limit: u64) -> io::Result<Option<&'static str>> {
     let mut piece = Vec::new();
     let mut at = 0;
+    // Where the names of each table begin and end.
+    let mut names = BTreeMap::new();
     loop {
         file.seek(SeekFrom::Start(at))?;
         piece.clear();
@@ -28,15 +32,21 @@ pub fn has_endless_list(file: &mut File, limit: u64) -> io::Result<bool> {
             let word = |i: usize| {
                 piece.get(start + i..).and_then(|b| b.first_chunk()).map_or(0, |b| u64::from_le_bytes(*b))
             };
-            if is_endless(file, word(8), word(16), word(24))? {
-                return Ok(true);
+            let (size, first, address) = (word(8), word(16), word(24));
+            if is_endless(file, size, first, address)? {
+                return Ok(Some("a list of its free room runs in a circle"));
             }
+            names.insert(at + start as u64, (address, address.saturating_add(size)));
         }
         at += PIECE as u64;
         if read <= PIECE || at >= limit {
-            return Ok(false);
+            break;
         }
     }
+    let mut places: Vec<_> = names.into_values().collect();
+    places.sort_unstable();
+    let shared = places.windows(2).any(|pair| pair[1].0 < pair[0].1 || pair[1].0 == pair[0].0);
+    Ok(shared.then_some("two of its tables of names lie in the same place"))
 }
 
 /// Whether the list in `size` bytes at `address` that begins at `first` never ends. One that leaves its heap is for
