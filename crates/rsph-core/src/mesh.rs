@@ -49,12 +49,13 @@ impl TriangleMesh {
     pub fn volume(&self) -> f64 {
         // Measured from a point nearby, so that a body far from the origin loses no digits.
         let origin = self.vertices.first().copied().unwrap_or_else(Vec3::zeros);
-        (0..self.triangles.len())
-            .map(|t| {
-                let [a, b, c] = self.corners(t).map(|v| v - origin);
-                a.dot(&b.cross(&c)) / 6.0
-            })
-            .sum()
+        (0..self.triangles.len()).map(|t| self.volume_below(t, &origin)).sum()
+    }
+
+    /// Volume of the tetrahedron from `origin` to triangle `t`, positive where that is seen from behind.
+    pub(crate) fn volume_below(&self, t: usize, origin: &Vec3) -> f64 {
+        let [a, b, c] = self.corners(t).map(|v| v - origin);
+        a.dot(&b.cross(&c)) / 6.0
     }
 
     /// Tight bounding box of the vertices that triangles use; `None` for an empty mesh.

@@ -71,7 +71,8 @@ impl WindingField {
         Self { tree, weight, clusters }
     }
 
-    /// Winding number at `x`, within about 0.001 of the exact one.
+    /// Winding number at `x`. At 1,000 points around a published liver of 93,000 triangles the largest difference from
+    /// the sum over all of them is 0.014.
     pub fn at(&self, x: &Vec3) -> f64 {
         self.at_with_effort(x).0
     }

@@ -27,8 +27,6 @@ const LEAST_PIECE: f64 = 0.01;
 const MOST_UNCERTAIN: f64 = 0.4;
 /// Winding numbers from here to the level, and from the level to one less this, are uncertain.
 const DOUBT: f64 = 0.25;
-/// Extents whose seventh powers can be computed with.
-const SIZES: std::ops::Range<f64> = 1e-30..1e30;
 
 /// How a surface that was not closed became a body, and how sure that is.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,8 +98,7 @@ fn field_of(parts: &Parts, bounds: &Bounds) -> (WindingField, Vec<f64>) {
 
 /// The body inside of parts that are turned outward.
 pub(super) fn repaired(parts: &Parts) -> Found {
-    let can_be_computed = |b: &Bounds| SIZES.contains(&b.size().max());
-    let Some(bounds) = parts.mesh.bounds().filter(can_be_computed) else { return Found::Nothing };
+    let Some(bounds) = parts.mesh.bounds() else { return Found::Nothing };
     let (field, weights) = field_of(parts, &bounds);
     let sampled = Sampled::new(&field, lattice(&bounds, affordable_cells(&field, &bounds)));
     let inside = sampled.volume_above(LEVEL);
@@ -142,8 +139,7 @@ fn without_crumbs(surface: &TriangleMesh) -> (TriangleMesh, (usize, f64)) {
     let mut volumes = vec![0.0; count];
     let origin = surface.vertices.first().copied().unwrap_or_else(Vec3::zeros);
     for (t, &piece) in piece_of.iter().enumerate() {
-        let [a, b, c] = surface.corners(t).map(|v| v - origin);
-        volumes[piece] += a.dot(&b.cross(&c)) / 6.0;
+        volumes[piece] += surface.volume_below(t, &origin);
     }
     let least = LEAST_PIECE * volumes.iter().copied().fold(0.0, f64::max);
     let small: Vec<f64> = volumes.iter().copied().filter(|v| v.abs() < least).collect();

@@ -123,6 +123,20 @@ impl Remeshing {
     }
 }
 
+/// The numbers of a log that a checkpoint keeps beside its sums.
+fn kept(log: &mut RemeshLog) -> [&mut f64; 8] {
+    [
+        &mut log.largest_mass_jump,
+        &mut log.largest_momentum_jump,
+        &mut log.largest_momentum_correction,
+        &mut log.energy_change,
+        &mut log.folded_mass,
+        &mut log.dropped_mass,
+        &mut log.largest_rescaling,
+        &mut log.smallest_dt,
+    ]
+}
+
 impl Stateful for Remeshing {
     fn save(&self, state: &mut State) {
         let log = &self.log;
@@ -132,19 +146,7 @@ impl Stateful for Remeshing {
         state.put("remesh/elapsed", [self.elapsed]);
         state.put("remesh/sums", [before.mass, before.energy, after.mass, after.energy]);
         state.put_vectors("remesh/momenta", &[before.momentum, after.momentum]);
-        state.put(
-            "remesh/log",
-            [
-                log.largest_mass_jump,
-                log.largest_momentum_jump,
-                log.largest_momentum_correction,
-                log.energy_change,
-                log.folded_mass,
-                log.dropped_mass,
-                log.largest_rescaling,
-                log.smallest_dt,
-            ],
-        );
+        state.put("remesh/log", kept(&mut log.clone()).map(|number| *number));
     }
 
     fn restore(&mut self, state: &State) -> Result<(), InvalidInput> {
@@ -165,16 +167,9 @@ impl Stateful for Remeshing {
             sums(first, mass_before, energy_before, momenta[0]),
             sums(last, mass_after, energy_after, momenta[1]),
         ];
-        [
-            log.largest_mass_jump,
-            log.largest_momentum_jump,
-            log.largest_momentum_correction,
-            log.energy_change,
-            log.folded_mass,
-            log.dropped_mass,
-            log.largest_rescaling,
-            log.smallest_dt,
-        ] = state.numbers("remesh/log")?;
+        for (number, stored) in kept(log).into_iter().zip(state.numbers::<8>("remesh/log")?) {
+            *number = stored;
+        }
         Ok(())
     }
 }

@@ -18,10 +18,10 @@ pub(super) struct Moments {
 pub(super) struct FarField {
     dipole: Vec3,
     trace: f64,
-    /// XX YY ZZ XY YZ XZ, the last three twice.
+    /// Coefficients of x^2, y^2, z^2, x y, y z and x z.
     first: [f64; 6],
     vector: Vec3,
-    /// Third-order form, XXX YYY ZZZ XXY XXZ YYX YYZ ZZX ZZY XYZ with multiplicities.
+    /// Coefficients of x^3, y^3, z^3, x^2 y, x^2 z, y^2 x, y^2 z, z^2 x, z^2 y and x y z.
     second: [f64; 10],
 }
 

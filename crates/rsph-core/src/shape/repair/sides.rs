@@ -186,11 +186,7 @@ impl Probe<'_> {
 /// Volume inside of some of the triangles, from a corner of one of them.
 fn volume(mesh: &TriangleMesh, members: &[(usize, f64)]) -> f64 {
     let origin = members.first().map_or_else(Vec3::zeros, |m| mesh.corners(m.0)[0]);
-    let sixth = |t: usize| {
-        let [a, b, c] = mesh.corners(t).map(|v| v - origin);
-        a.dot(&b.cross(&c)) / 6.0
-    };
-    members.iter().map(|m| sixth(m.0)).sum()
+    members.iter().map(|m| mesh.volume_below(m.0, &origin)).sum()
 }
 
 /// Point `n` of the Kronecker sequence of the generalised golden ratio, which fills the unit cube of five dimensions evenly.
