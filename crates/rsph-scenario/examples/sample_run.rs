@@ -5,7 +5,7 @@
 mod common;
 
 use rsph_scenario::output::{RunWriters, polydata::PolyData, vtp};
-use rsph_scenario::sink::{RunSink, SinkError, Status};
+use rsph_scenario::sink::{SinkError, Status};
 use std::path::Path;
 
 fn main() -> Result<(), SinkError> {

@@ -66,51 +66,28 @@ pub struct Outcome {
     pub equilibrium: Option<Equilibrium>,
 }
 
-/// Receives the results of a run, in the order of time.
-pub trait RunSink: Send {
+/// What a run hands on, in the order of time.
+#[derive(Clone, Debug)]
+pub enum Event {
     /// A frame: the first and the last moment, and one every `output.every`.
-    ///
-    /// # Errors
-    /// When it can not be stored.
-    fn frame(
-        &mut self,
-        snapshot: &Snapshot,
-        surface: &Surface,
-        conservation: &Conservation,
-    ) -> Result<(), SinkError>;
-
-    /// The probes' readings at one moment.
-    ///
-    /// # Errors
-    /// When they can not be stored.
-    fn sample(
-        &mut self,
-        time: f64,
-        readings: &[Reading],
-        conservation: &Conservation,
-    ) -> Result<(), SinkError>;
-
-    /// Called a few times a second: stores what has waited long enough.
-    ///
-    /// # Errors
-    /// When it can not be stored.
-    fn tick(&mut self) -> Result<(), SinkError>;
-
-    /// A moment from which the run can go on; all results so far belong to it. `state` is what to store for that.
-    ///
-    /// # Errors
-    /// When it can not be stored.
-    fn checkpoint(&mut self, state: State) -> Result<(), SinkError>;
-
+    Frame(Box<(Snapshot, Surface, Conservation)>),
+    /// The probes' readings at one time.
+    Sample(f64, Vec<Reading>, Conservation),
+    /// A few times a second: what has waited long enough is to be stored.
+    Tick,
+    /// A moment from which the run can go on, with what to store for that; all results so far belong to it.
+    Checkpoint(State),
     /// What a failure has made of the particles; the frame of the last good state comes before it.
+    Wreck(Snapshot),
+    /// The end of the run, good or bad: everything is to be closed.
+    Finish(Box<Outcome>),
+}
+
+/// Receives the results of a run.
+pub trait RunSink: Send {
+    /// Takes what comes next.
     ///
     /// # Errors
     /// When it can not be stored.
-    fn wreck(&mut self, snapshot: &Snapshot) -> Result<(), SinkError>;
-
-    /// The end of the run, good or bad: closes everything.
-    ///
-    /// # Errors
-    /// When the rest can not be stored.
-    fn finish(&mut self, outcome: &Outcome) -> Result<(), SinkError>;
+    fn take(&mut self, event: Event) -> Result<(), SinkError>;
 }

@@ -7,7 +7,7 @@ use rsph_core::setup::Units;
 use rsph_core::simulation::Reading;
 use rsph_scenario::output::vtkhdf::{describe, read_step};
 use rsph_scenario::output::{RunInfo, RunWriters, polydata::PolyData, vtp};
-use rsph_scenario::sink::{RunSink, Status};
+use rsph_scenario::sink::Status;
 use serde_json::Value;
 use std::fs;
 use std::path::Path;

@@ -19,7 +19,7 @@ pub mod vtp;
 pub use info::{Parameter, ProbeColumn, RunInfo};
 pub use number::number;
 
-use crate::sink::{Outcome, RunSink, SinkError};
+use crate::sink::{Event, Outcome, RunSink, SinkError};
 use checkpoint::Checkpoint;
 use frames_file::FramesFile;
 use polydata::PolyData;
@@ -127,7 +127,24 @@ fn remove_ends(folder: &Path) -> Result<(), SinkError> {
 }
 
 impl RunSink for RunWriters {
-    fn frame(
+    fn take(&mut self, event: Event) -> Result<(), SinkError> {
+        match event {
+            Event::Frame(frame) => self.frame(&frame.0, &frame.1, &frame.2),
+            Event::Sample(time, readings, now) => self.sample(time, &readings, &now),
+            Event::Tick => self.tick(),
+            Event::Checkpoint(state) => self.checkpoint(state),
+            Event::Wreck(snapshot) => self.wreck(&snapshot),
+            Event::Finish(outcome) => self.finish(&outcome),
+        }
+    }
+}
+
+impl RunWriters {
+    /// Stores a frame.
+    ///
+    /// # Errors
+    /// When it can not be stored.
+    pub fn frame(
         &mut self,
         snapshot: &Snapshot,
         surface: &Surface,
@@ -143,7 +160,11 @@ impl RunSink for RunWriters {
         Ok(())
     }
 
-    fn sample(
+    /// Stores the probes' readings at one time.
+    ///
+    /// # Errors
+    /// When it can not be stored.
+    pub fn sample(
         &mut self,
         time: f64,
         readings: &[Reading],
@@ -154,13 +175,21 @@ impl RunSink for RunWriters {
         self.probes.append(time, readings)
     }
 
-    fn tick(&mut self) -> Result<(), SinkError> {
+    /// Stores what has waited long enough.
+    ///
+    /// # Errors
+    /// When it can not be stored.
+    pub fn tick(&mut self) -> Result<(), SinkError> {
         self.particles.tick()?;
         self.surface.tick()?;
         self.probes.tick()
     }
 
-    fn checkpoint(&mut self, mut state: State) -> Result<(), SinkError> {
+    /// Stores `state`, from which the run can go on, and all results so far.
+    ///
+    /// # Errors
+    /// When it can not be stored.
+    pub fn checkpoint(&mut self, mut state: State) -> Result<(), SinkError> {
         // First the results that it counts on.
         self.particles.settle()?;
         self.surface.settle()?;
@@ -171,12 +200,20 @@ impl RunSink for RunWriters {
         Checkpoint { scenario, version, state }.write(&self.folder)
     }
 
-    fn wreck(&mut self, snapshot: &Snapshot) -> Result<(), SinkError> {
+    /// Stores what a failure has made of the particles.
+    ///
+    /// # Errors
+    /// When it can not be stored.
+    pub fn wreck(&mut self, snapshot: &Snapshot) -> Result<(), SinkError> {
         let path = self.folder.join(POST_MORTEM);
         Ok(VtkHdfWriter::create(&path)?.append(&PolyData::from_snapshot(snapshot))?)
     }
 
-    fn finish(&mut self, outcome: &Outcome) -> Result<(), SinkError> {
+    /// Closes everything.
+    ///
+    /// # Errors
+    /// When it can not be stored.
+    pub fn finish(&mut self, outcome: &Outcome) -> Result<(), SinkError> {
         self.particles.finish()?;
         self.surface.finish()?;
         self.probes.flush()?;

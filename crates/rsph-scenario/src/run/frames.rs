@@ -3,7 +3,7 @@
 use super::Observer;
 use super::books::Books;
 use crate::lower::Cadence;
-use crate::sink::{Outcome, RunSink, SinkError, Status};
+use crate::sink::{Event, Outcome, RunSink, SinkError, Status};
 use rsph_core::simulation::Simulation;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -41,7 +41,7 @@ impl Run<'_> {
                 }
                 if clock.is_time_to_report() {
                     observer.progressed(&books.progress(s, *until));
-                    sink.tick()?;
+                    sink.take(Event::Tick)?;
                 }
                 if clock.is_due(cadence) {
                     checkpoint(*sink, books, s)?;
@@ -104,7 +104,7 @@ impl Run<'_> {
             }
             self.books.done = k;
             clock.frame();
-            self.sink.tick()?;
+            self.sink.take(Event::Tick)?;
             if clock.is_due(&self.cadence) {
                 checkpoint(self.sink, &self.books, self.simulation)?;
                 clock.stored();
@@ -137,7 +137,7 @@ impl Run<'_> {
     fn failed(&mut self, failure: rsph_core::error::Failure) -> Result<Outcome, SinkError> {
         frame(self.sink, &mut self.books, self.simulation)?;
         if let Some(wreck) = self.simulation.wreck() {
-            self.sink.wreck(wreck)?;
+            self.sink.take(Event::Wreck(wreck.clone()))?;
         }
         self.close(Status::Failed(failure))
     }
@@ -155,7 +155,7 @@ impl Run<'_> {
             remesh: s.remesh_log(),
             equilibrium: s.equilibrium(),
         };
-        self.sink.finish(&outcome)?;
+        self.sink.take(Event::Finish(Box::new(outcome.clone())))?;
         self.observer.finished(&outcome);
         Ok(outcome)
     }
@@ -196,7 +196,7 @@ impl Clock {
 fn checkpoint(sink: &mut dyn RunSink, books: &Books, s: &Simulation) -> Result<(), SinkError> {
     let mut state = s.state();
     books.save(&mut state);
-    sink.checkpoint(state)
+    sink.take(Event::Checkpoint(state))
 }
 
 /// A sample, none of them twice.
@@ -206,7 +206,7 @@ fn sample(sink: &mut dyn RunSink, books: &mut Books, s: &mut Simulation) -> Resu
         return Ok(());
     }
     books.last_sample = Some(s.step_count());
-    sink.sample(s.time(), &s.readings(), &s.conservation())
+    sink.take(Event::Sample(s.time(), s.readings(), s.conservation()))
 }
 
 /// A frame, none of them twice, and a sample with it.
@@ -216,7 +216,8 @@ fn frame(sink: &mut dyn RunSink, books: &mut Books, s: &mut Simulation) -> Resul
         return Ok(());
     }
     let snapshot = s.snapshot();
-    sink.frame(&snapshot, &s.surface(&snapshot), &s.conservation())
+    let surface = s.surface(&snapshot);
+    sink.take(Event::Frame(Box::new((snapshot, surface, s.conservation()))))
 }
 
 /// Number of frames after the first.

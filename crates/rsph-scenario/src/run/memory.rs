@@ -5,11 +5,8 @@ use super::{Observer, RunError, store};
 use crate::output::RunInfo;
 use crate::output::summary::Summary;
 use crate::scenario::LoadedScenario;
-use crate::sink::{Outcome, RunSink, SinkError};
+use crate::sink::{Event, Outcome, RunSink, SinkError};
 use rsph_core::simulation::{Conservation, Reading};
-use rsph_core::snapshot::Snapshot;
-use rsph_core::state::State;
-use rsph_core::surface::Surface;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
@@ -61,30 +58,15 @@ impl Memory {
 }
 
 impl RunSink for Memory {
-    fn frame(&mut self, snapshot: &Snapshot, _: &Surface, now: &Conservation) -> Result<(), SinkError> {
-        (self.particles, self.conservation) = (snapshot.len(), *now);
-        self.frames += 1;
-        Ok(())
-    }
-
-    fn sample(&mut self, _: f64, readings: &[Reading], now: &Conservation) -> Result<(), SinkError> {
-        (self.readings, self.conservation) = (readings.to_vec(), *now);
-        Ok(())
-    }
-
-    fn tick(&mut self) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn checkpoint(&mut self, _: State) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn wreck(&mut self, _: &Snapshot) -> Result<(), SinkError> {
-        Ok(())
-    }
-
-    fn finish(&mut self, _: &Outcome) -> Result<(), SinkError> {
+    fn take(&mut self, event: Event) -> Result<(), SinkError> {
+        match event {
+            Event::Frame(frame) => {
+                (self.particles, self.conservation) = (frame.0.len(), frame.2);
+                self.frames += 1;
+            }
+            Event::Sample(_, readings, now) => (self.readings, self.conservation) = (readings, now),
+            Event::Tick | Event::Checkpoint(_) | Event::Wreck(_) | Event::Finish(_) => {}
+        }
         Ok(())
     }
 }
