@@ -2,10 +2,10 @@
 //! the particles. The force is the exact derivative of a discrete energy of the positions.
 
 pub mod body;
-pub mod columns;
 pub mod configuration;
 pub mod equilibrium;
 pub mod ghosts;
+pub mod points;
 pub mod remeshing;
 mod state;
 pub mod sweeps;
@@ -17,12 +17,12 @@ use crate::error::InvalidInput;
 use crate::material::{FiniteStrain, Material};
 use crate::particles::{Column, Field, Particles};
 use crate::tensor::{Mat3, SymTensor, Vec3};
-use columns::Packed;
 use configuration::Configuration;
+use points::Points;
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::sync::Arc;
-use sweeps::Stressed;
+use sweeps::{Gradients, Hourglass};
 
 /// A body at large strain, in the plane (`D` = 2: plane strain) or in space.
 #[derive(Clone, Debug)]
@@ -42,32 +42,23 @@ pub struct LargeStrain<const D: usize> {
     work: Workspace,
 }
 
-/// Fields that every evaluation reuses. Those of points hold ghosts behind the particles.
+/// Fields that every evaluation reuses.
 #[derive(Clone, Debug)]
 struct Workspace {
-    /// x of points.
-    x: Vec<Vec3>,
-    /// v of points.
-    v: Vec<Vec3>,
-    /// x + T v of points.
-    effective: Vec<Vec3>,
+    /// All points, ghosts behind the particles.
+    points: Points,
     /// F of particles.
     f: Vec<Mat3>,
     /// dF/dt of particles.
     f_rate: Vec<Mat3>,
-    /// F + T dF/dt of particles.
-    f_effective: Vec<Mat3>,
-    piola: Vec<Mat3>,
-    tensor: Vec<Mat3>,
     /// Internal force on points; ghosts' are folded into the particles'.
     force: Vec<Vec3>,
     energy: Vec<f64>,
     load: Vec<f64>,
-    packed: Packed,
 }
 
 /// Positions and velocities of points.
-struct Points {
+struct Moment {
     x: Vec<Vec3>,
     v: Vec<Vec3>,
 }
@@ -90,21 +81,14 @@ impl<const D: usize> LargeStrain<D> {
                 "take \"neo-hookean\"",
             ));
         }
-        let (n, points) = (configuration.len, configuration.nodes.len());
-        let (zero, none) = (Vec3::zeros(), Mat3::zeros());
+        let (n, none) = (configuration.len, Mat3::zeros());
         let work = Workspace {
-            x: vec![zero; points],
-            v: vec![zero; points],
-            effective: vec![zero; points],
+            points: Points::new(&configuration),
             f: vec![none; n],
             f_rate: vec![none; n],
-            f_effective: vec![none; n],
-            piola: vec![none; n],
-            tensor: vec![none; n],
-            force: vec![zero; points],
+            force: vec![Vec3::zeros(); configuration.nodes.len()],
             energy: vec![0.0; n],
             load: vec![0.0; 3 * n],
-            packed: Packed::default(),
         };
         let density = material.density();
         Ok(Self {
@@ -128,103 +112,84 @@ impl<const D: usize> LargeStrain<D> {
         self.configuration.is_empty()
     }
 
-    /// The law for large strain.
-    pub fn law(&self) -> &dyn FiniteStrain {
-        match self.material.finite_strain() {
-            Some(law) => law,
-            None => unreachable!("checked when the body was made"),
-        }
+    /// Moves the particles to x with velocities v, `to(a)` = (x, v), and the planes to where they are at time `t`.
+    fn set(&mut self, t: f64, to: impl Fn(usize) -> (Vec3, Vec3) + Sync) {
+        self.configuration.ghosts.set_time(t);
+        self.work.points.set(&self.configuration, to);
     }
 
-    /// Takes positions of the particles, and with them ghosts and deformation gradients.
-    fn take_positions(&mut self, position: impl Fn(usize) -> Vec3) {
-        let (c, w) = (&self.configuration, &mut self.work);
-        w.x.iter_mut().take(c.len).enumerate().for_each(|(a, x)| *x = position(a));
-        c.ghosts.mirror_positions(&c.nodes, &mut w.x);
-        c.deformation(&w.x, &mut w.packed, &mut w.f);
+    /// F and dF/dt of where the particles were set, and sources of force for the stress `law`(a, F, dF/dt) and the
+    /// hourglass term of the field x + `of_companion` v.
+    fn gradients(&mut self, of_companion: f64, law: &(impl Fn(usize, &Mat3, &Mat3) -> Mat3 + Sync)) {
+        let hourglass = Hourglass { stiffness: self.hourglass, of_position: 1.0, of_companion };
+        let (w, c) = (&mut self.work, &self.configuration);
+        w.points.gradients(c, hourglass, law, Gradients { f: &mut w.f, f_rate: &mut w.f_rate });
     }
 
-    /// Takes velocities of the particles, and with them the rates of the deformation gradients.
-    fn take_velocities(&mut self, velocity: impl Fn(usize) -> Vec3) {
-        let (c, w) = (&self.configuration, &mut self.work);
-        w.v.iter_mut().take(c.len).enumerate().for_each(|(a, v)| *v = velocity(a));
-        c.ghosts.mirror_velocities(&mut w.v);
-        c.gradients(&w.v, &mut w.packed, &mut w.f_rate);
+    /// F and dF/dt alone.
+    fn strain(&mut self) {
+        self.gradients(0.0, &|_, _, _| Mat3::zeros());
     }
 
     /// Positions and velocities of all points, ghosts included, from those of the particles at time `t`, and
     /// the deformation gradients of that moment.
-    fn all_points(&mut self, t: f64, x: &[Vec3], v: &[Vec3]) -> Points {
-        self.configuration.ghosts.set_time(t);
-        self.take_positions(|a| x[a]);
-        self.take_velocities(|a| v[a]);
-        Points { x: self.work.x.clone(), v: self.work.v.clone() }
+    fn all_points(&mut self, t: f64, x: &[Vec3], v: &[Vec3]) -> Moment {
+        self.set(t, |a| (x[a], v[a]));
+        self.strain();
+        Moment { x: self.work.points.positions(), v: self.work.points.velocities() }
     }
 
-    /// Internal force of the stresses in `work.piola` and of the field and gradient that were taken; returns
-    /// the power of moving planes.
-    fn sum_forces(&mut self, viscous: bool) -> f64 {
+    /// Internal force of what the gradients have made; returns the power of moving planes.
+    fn sum_forces(&mut self) -> f64 {
         let (c, w) = (&self.configuration, &mut self.work);
-        let (field, gradient) = if viscous { (&w.effective, &w.f_effective) } else { (&w.x, &w.f) };
-        let stressed = Stressed { piola: &w.piola, hourglass: self.hourglass, field, gradient };
-        c.pair_tensors(&stressed, &mut w.packed, &mut w.tensor);
-        c.forces(&stressed, &w.tensor, &mut w.packed, &mut w.force); // Eq. (12)
+        w.points.forces(c, &mut w.force); // Eq. (12)
         c.ghosts.fold_forces(&mut w.force)
     }
 
     /// Elastic force on the particles at rest at the positions `x` while planes are where they are at time
     /// `t`, and the elastic energy (infinite where the body is turned inside out).
     pub fn elastic_force(&mut self, t: f64, x: &[Vec3], force: &mut [Vec3]) -> f64 {
-        self.configuration.ghosts.set_time(t);
-        self.take_positions(|a| x[a]);
-        let energy = self.elastic_energy();
-        let mut piola = std::mem::take(&mut self.work.piola);
-        let (law, f) = (self.law(), &self.work.f);
-        piola.par_iter_mut().zip(f).for_each(|(p, f)| *p = law.first_piola(f));
-        self.work.piola = piola;
-        self.sum_forces(false);
+        self.set(t, |a| (x[a], Vec3::zeros()));
+        let material = Arc::clone(&self.material);
+        let law = law_of(&*material);
+        self.gradients(0.0, &|_, f, _| law.first_piola(f));
+        self.sum_forces();
         force.copy_from_slice(&self.work.force[..self.len()]);
-        energy
+        self.elastic_energy()
     }
 
-    /// Elastic energy at the positions that were taken.
+    /// Elastic energy where the particles were set, F being known.
     fn elastic_energy(&mut self) -> f64 {
-        let mut energy = std::mem::take(&mut self.work.energy);
-        let w = &self.work;
-        self.configuration.energies(self.law(), self.hourglass, &w.x, &w.f, &mut energy);
-        self.work.energy = energy;
-        self.work.energy.iter().sum()
+        let (c, w) = (&self.configuration, &mut self.work);
+        w.points.energies(c, law_of(&*self.material), self.hourglass, &w.f, &mut w.energy);
+        w.energy.iter().sum()
     }
 
     /// Change of the elastic force when the particles change places by `dx`, at the positions of the last
     /// [`Self::elastic_force`]: minus the stiffness times `dx`.
     pub fn tangent_force(&mut self, dx: &[Vec3], force: &mut [Vec3]) {
-        let n = self.len();
-        let Some(law) = self.material.finite_strain() else { unreachable!("checked when the body was made") };
+        let law = law_of(&*self.material);
         let (c, w) = (&self.configuration, &mut self.work);
-        w.v[..n].copy_from_slice(dx);
-        c.ghosts.mirror_changes(&mut w.v);
-        c.gradients(&w.v, &mut w.packed, &mut w.f_rate);
-        let stiff = |(p, (f, df)): (&mut Mat3, (&Mat3, &Mat3))| *p = law.tangent(f, df);
-        w.piola.par_iter_mut().zip(w.f.par_iter().zip(&w.f_rate)).for_each(stiff);
-        let stressed =
-            Stressed { piola: &w.piola, hourglass: self.hourglass, field: &w.v, gradient: &w.f_rate };
-        c.pair_tensors(&stressed, &mut w.packed, &mut w.tensor);
-        c.forces(&stressed, &w.tensor, &mut w.packed, &mut w.force);
-        c.ghosts.fold_forces(&mut w.force);
-        force.copy_from_slice(&w.force[..n]);
+        w.points.set_changes(c, dx);
+        let hourglass = Hourglass { stiffness: self.hourglass, of_position: 0.0, of_companion: 1.0 };
+        let out = Gradients { f: &mut w.f, f_rate: &mut w.f_rate };
+        w.points.gradients(c, hourglass, &|_, f, df| law.tangent(f, df), out);
+        self.sum_forces();
+        force.copy_from_slice(&self.work.force[..self.len()]);
     }
 
     /// Forces on the particles in equilibrium with the uniform first Piola-Kirchhoff stress `p`, component by
     /// component: p times the discrete reference area vectors.
     pub fn surface_forces(&mut self, p: &Mat3) -> Vec<Vec3> {
-        let (c, w) = (&self.configuration, &mut self.work);
-        w.piola.fill(*p);
-        let stressed = Stressed { piola: &w.piola, hourglass: 0.0, field: &w.x, gradient: &w.f };
-        c.pair_tensors(&stressed, &mut w.packed, &mut w.tensor);
-        c.forces(&stressed, &w.tensor, &mut w.packed, &mut w.force);
-        c.ghosts.fold_forces(&mut w.force);
-        w.force[..c.len].iter().map(|f| -f).collect()
+        let c = &self.configuration;
+        let none = vec![Mat3::zeros(); c.len];
+        let out = Gradients { f: &mut none.clone(), f_rate: &mut none.clone() };
+        let hourglass = Hourglass { stiffness: 0.0, of_position: 0.0, of_companion: 0.0 };
+        // At the nodes, where nothing can be amiss.
+        self.work.points.set(c, |a| (c.nodes[a], Vec3::zeros()));
+        self.work.points.gradients(c, hourglass, &|_, _, _| *p, out);
+        self.sum_forces();
+        self.work.force[..self.len()].iter().map(|f| -f).collect()
     }
 
     /// Deformation gradients F at the last evaluation.
@@ -266,22 +231,12 @@ impl<const D: usize> Dynamics for LargeStrain<D> {
             particles.column(Field::Displacement),
             particles.column(Field::Velocity),
         );
-        self.configuration.ghosts.set_time(t);
-        self.take_positions(|a| reference.vector(a) + u.vector(a)); // Eqs. (10), (13)
-        self.take_velocities(|a| v.vector(a));
-        let relaxation_time = self.material.relaxation_time();
-        let mut w = std::mem::take(&mut self.work.piola);
-        let law = self.law();
-        w.par_iter_mut().zip(self.work.f.par_iter().zip(&self.work.f_rate)).for_each(|(p, (f, f_rate))| {
-            *p = law.first_piola(f) + law.viscous_piola(f, f_rate);
-        });
-        self.work.piola = w;
-        let w = &mut self.work;
-        let z = w.effective.par_iter_mut().zip(w.x.par_iter().zip(&w.v));
-        z.for_each(|(z, (x, v))| *z = x + v * relaxation_time);
-        let g = w.f_effective.par_iter_mut().zip(w.f.par_iter().zip(&w.f_rate));
-        g.for_each(|(g, (f, f_rate))| *g = f + f_rate * relaxation_time);
-        let mut total = ForceSums { power: self.sum_forces(true), ..ForceSums::default() };
+        self.set(t, |a| (reference.vector(a) + u.vector(a), v.vector(a)));
+        let material = Arc::clone(&self.material);
+        let law = law_of(&*material);
+        let stress = |_: usize, f: &Mat3, f_rate: &Mat3| law.first_piola(f) + law.viscous_piola(f, f_rate);
+        self.gradients(material.relaxation_time(), &stress); // Eqs. (10), (13)
+        let mut total = ForceSums { power: self.sum_forces(), ..ForceSums::default() };
 
         NodalLoad::sum(&self.loads, t, &mut self.work.load);
         let [du, dv] = rates else { unreachable!("two integrated columns") };
@@ -317,12 +272,11 @@ impl<const D: usize> Dynamics for LargeStrain<D> {
             particles.column(Field::Displacement).clone(),
             particles.column(Field::Velocity).clone(),
         );
-        self.configuration.ghosts.set_time(t);
-        self.take_positions(|a| reference.vector(a) + u.vector(a));
-        self.take_velocities(|a| v.vector(a));
+        self.set(t, |a| (reference.vector(a) + u.vector(a), v.vector(a)));
+        self.strain();
         let (mut strain, mut stress) = (vec![0.0; 6 * n], vec![0.0; 6 * n]);
         let (mut density, mut von_mises) = (vec![0.0; n], vec![0.0; n]);
-        let law = self.law();
+        let law = law_of(&*self.material);
         for (a, (f, f_rate)) in self.work.f.iter().zip(&self.work.f_rate).enumerate() {
             let j = f.determinant();
             let piola = law.first_piola(f) + law.viscous_piola(f, f_rate);
@@ -347,10 +301,18 @@ impl<const D: usize> Dynamics for LargeStrain<D> {
             particles.column(Field::Displacement),
             particles.column(Field::Velocity),
         );
-        self.configuration.ghosts.set_time(t);
-        self.take_positions(|a| reference.vector(a) + u.vector(a));
+        self.set(t, |a| (reference.vector(a) + u.vector(a), v.vector(a)));
+        self.strain();
         let kinetic = (0..self.len()).map(|a| 0.5 * self.mass[a] * v.vector(a).norm_squared()).sum();
         Energy { kinetic, elastic: self.elastic_energy() }
+    }
+}
+
+/// The law for large strain of a material that has one.
+fn law_of(material: &dyn Material) -> &dyn FiniteStrain {
+    match material.finite_strain() {
+        Some(law) => law,
+        None => unreachable!("checked when the body was made"),
     }
 }
 
