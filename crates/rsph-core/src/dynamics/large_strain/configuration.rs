@@ -159,16 +159,17 @@ impl<const D: usize> Configuration<D> {
             self.first_gradient.iter().zip(&self.volume).map(|(f, v)| v / f.determinant()).collect();
     }
 
-    /// The neighbours of point a with V_b w.
+    /// The neighbours of point a, and V_b w of each.
     #[inline(always)]
-    pub fn row(&self, a: usize) -> impl Iterator<Item = (&u32, &f64)> {
-        self.pairs.of(a).iter().zip(&self.share[self.pairs.numbers(a)])
+    pub fn row(&self, a: usize) -> (&[u32], &[f64]) {
+        (self.pairs.of(a), &self.share[self.pairs.numbers(a)])
     }
 
-    /// The same with the neighbours' numbers.
+    /// The same one by one.
     #[inline(always)]
     pub fn neighbours(&self, a: usize) -> impl Iterator<Item = (usize, f64)> {
-        self.row(a).map(|(b, share)| (*b as usize, *share))
+        let (neighbours, shares) = self.row(a);
+        neighbours.iter().zip(shares).map(|(b, share)| (*b as usize, *share))
     }
 
     /// Particles whose neighbours do not span the space, so that they have no gradient.

@@ -87,12 +87,13 @@ impl<const D: usize, L: Fn(usize, &Mat3, &Mat3) -> Mat3> First<'_, D, L> {
     #[inline(always)]
     fn sums<S: Simd>(&self, simd: S, a: usize) -> FirstSums {
         let (here, map) = (&self.list[a], &self.constants[a].gradient);
+        let (neighbours, shares) = self.configuration.row(a);
         let mut out = FirstSums::default();
         for part in 0..8 / S::F64_LANES {
             let z = vectors::<S>(&here.moving)[part];
             let zero = simd.splat_f64s(0.0);
             let (mut plain, mut with_node, mut with_reference) = (zero, [zero; 3], [zero; 3]);
-            for (b, share) in self.configuration.row(a) {
+            for (b, share) in neighbours.iter().zip(shares) {
                 let there = &self.list[*b as usize];
                 let d = simd.sub_f64s(vectors::<S>(&there.moving)[part], z);
                 let d = simd.mul_f64s(d, simd.splat_f64s(*share));
@@ -172,6 +173,15 @@ struct SecondChunk<'a, const D: usize> {
     out: &'a mut [Vec3],
 }
 
+/// sum += share source
+#[inline(always)]
+fn add<S: Simd>(simd: S, sum: &mut [S::f64s; Source::LEN], source: &Source, share: f64) {
+    let share = simd.splat_f64s(share);
+    for (sum, there) in sum.iter_mut().zip(vectors::<S>(&source.0)) {
+        *sum = simd.mul_add_e_f64s(share, *there, *sum);
+    }
+}
+
 impl<const D: usize> WithSimd for SecondChunk<'_, D> {
     type Output = ();
 
@@ -180,13 +190,17 @@ impl<const D: usize> WithSimd for SecondChunk<'_, D> {
         let (c, sources) = (self.configuration, &self.points.sources);
         for (k, force) in self.out.iter_mut().enumerate() {
             let p = self.first + k;
+            let (neighbours, shares) = c.row(p);
+            let (pairs, last) = neighbours.as_chunks::<2>();
+            let (pair_shares, last_share) = shares.as_chunks::<2>();
             // Two neighbours at once: one waits for its sum while the other is added.
             let mut sums = [[simd.splat_f64s(0.0); Source::LEN]; 2];
-            for (q, (b, share)) in c.row(p).enumerate() {
-                let (source, share) = (vectors::<S>(&sources[*b as usize].0), simd.splat_f64s(*share));
-                for (sum, there) in sums[q % 2].iter_mut().zip(source) {
-                    *sum = simd.mul_add_e_f64s(share, *there, *sum);
-                }
+            for ([b, d], [b_share, d_share]) in pairs.iter().zip(pair_shares) {
+                add(simd, &mut sums[0], &sources[*b as usize], *b_share);
+                add(simd, &mut sums[1], &sources[*d as usize], *d_share);
+            }
+            for (b, share) in last.iter().zip(last_share) {
+                add(simd, &mut sums[0], &sources[*b as usize], *share);
             }
             let mut total = Source([0.0; Source::LEN]);
             for (i, total) in vectors_mut::<S>(&mut total.0).iter_mut().enumerate() {
