@@ -3,6 +3,7 @@
 
 pub mod body;
 pub mod configuration;
+mod energy;
 pub mod equilibrium;
 pub mod ghosts;
 pub mod points;
@@ -24,6 +25,9 @@ use std::cmp::Ordering;
 use std::sync::Arc;
 use sweeps::{Gradients, Hourglass};
 
+/// Particles that one partial sum covers: fixed, so that sums do not depend on the thread count.
+const PARTICLES_A_SUM: usize = 512;
+
 /// A body at large strain, in the plane (`D` = 2: plane strain) or in space.
 #[derive(Clone, Debug)]
 pub struct LargeStrain<const D: usize> {
@@ -39,6 +43,8 @@ pub struct LargeStrain<const D: usize> {
     pub material: Arc<dyn Material>,
     /// alpha (lambda + 2 mu): stiffness of the hourglass term.
     pub hourglass: f64,
+    /// F_0^-1 of each particle.
+    undo: Vec<Mat3>,
     work: Workspace,
 }
 
@@ -54,7 +60,8 @@ struct Workspace {
     /// Internal force on points; ghosts' are folded into the particles'.
     force: Vec<Vec3>,
     energy: Vec<f64>,
-    load: Vec<f64>,
+    /// What loads and boundaries do to each `PARTICLES_A_SUM` particles.
+    sums: Vec<ForceSums>,
 }
 
 /// Positions and velocities of points.
@@ -88,10 +95,12 @@ impl<const D: usize> LargeStrain<D> {
             f_rate: vec![none; n],
             force: vec![Vec3::zeros(); configuration.nodes.len()],
             energy: vec![0.0; n],
-            load: vec![0.0; 3 * n],
+            sums: vec![ForceSums::default(); n.div_ceil(PARTICLES_A_SUM)],
         };
         let density = material.density();
+        let inverse = |f: &Mat3| f.try_inverse().unwrap_or_else(Mat3::zeros);
         Ok(Self {
+            undo: configuration.first_gradient.iter().map(inverse).collect(),
             mass: configuration.reference_volume.iter().map(|v| v * density).collect(),
             hourglass: hourglass_weight * material.p_wave_modulus(),
             configuration,
@@ -200,22 +209,30 @@ impl<const D: usize> LargeStrain<D> {
     /// A particle that is turned inside out, det F <= 0, at the last evaluation.
     pub fn inverted(&self) -> Option<usize> {
         // What is not a number was turned inside out a stage before.
-        self.work.f.iter().position(|f| f.determinant().partial_cmp(&0.0) != Some(Ordering::Greater))
+        let turned = |f: &Mat3| f.determinant().partial_cmp(&0.0) != Some(Ordering::Greater);
+        self.work.f.par_iter().with_min_len(PARTICLES_A_SUM).position_first(turned)
     }
 
     /// Smallest and largest singular value of F_inc, the deformation since the last remesh, at the last
     /// evaluation.
     pub fn stretches_since_remesh(&self) -> (f64, f64) {
-        let stretch = |a: usize| {
-            let inverse = self.configuration.first_gradient[a].try_inverse().unwrap_or_else(Mat3::zeros);
-            let f = self.work.f[a] * inverse;
-            let squares = (f.transpose() * f).symmetric_eigenvalues();
-            (squares.min().max(0.0).sqrt(), squares.max().sqrt())
+        let squares = |(low, high): (f64, f64), (f, undo): (&Mat3, &Mat3)| {
+            let f = f * undo;
+            let square = f.transpose() * f;
+            // No eigenvalue is farther from 1: few particles can set a new mark.
+            let reach = (square - Mat3::identity()).norm();
+            if 1.0 - reach >= low && 1.0 + reach <= high {
+                return (low, high);
+            }
+            let squares = square.symmetric_eigenvalues();
+            (low.min(squares.min()), high.max(squares.max()))
         };
-        (0..self.len())
+        let chunk = PARTICLES_A_SUM;
+        let (low, high) = (self.work.f.par_chunks(chunk), self.undo.par_chunks(chunk))
             .into_par_iter()
-            .map(stretch)
-            .reduce(|| (1.0, 1.0), |p, q| (p.0.min(q.0), p.1.max(q.1)))
+            .map(|(f, undo)| f.iter().zip(undo).fold((1.0, 1.0), squares))
+            .reduce(|| (1.0, 1.0), |p, q| (p.0.min(q.0), p.1.max(q.1)));
+        (low.max(0.0).sqrt(), high.sqrt())
     }
 }
 
@@ -236,23 +253,36 @@ impl<const D: usize> Dynamics for LargeStrain<D> {
         let law = law_of(&*material);
         let stress = |_: usize, f: &Mat3, f_rate: &Mat3| law.first_piola(f) + law.viscous_piola(f, f_rate);
         self.gradients(material.relaxation_time(), &stress); // Eqs. (10), (13)
-        let mut total = ForceSums { power: self.sum_forces(), ..ForceSums::default() };
+        let planes = ForceSums { power: self.sum_forces(), ..ForceSums::default() };
 
-        NodalLoad::sum(&self.loads, t, &mut self.work.load);
         let [du, dv] = rates else { unreachable!("two integrated columns") };
         du.values_mut().copy_from_slice(v.values()); // Eq. (4)
-        let acceleration = dv.values_mut();
-        for a in 0..n {
-            let (internal, load) = (self.work.force[a], vector(&self.work.load, n, a));
-            total.reaction += internal;
-            total.load += load;
-            total.power += load.dot(&v.vector(a));
-            let dv = (internal + load) / self.mass[a]; // Eq. (2)
-            for i in 0..3 {
-                acceleration[i * n + a] = dv[i];
-            }
-        }
-        self.fixed.hold(t, &self.mass, du.values_mut(), acceleration, &mut total);
+        let (ax, ayz) = dv.values_mut().split_at_mut(n);
+        let (ay, az) = ayz.split_at_mut(n);
+        let (w, loads, mass) = (&mut self.work, &self.loads, &self.mass);
+        let chunk = PARTICLES_A_SUM;
+        let internal = w.force[..n].par_chunks(chunk);
+        (ax.par_chunks_mut(chunk), ay.par_chunks_mut(chunk), az.par_chunks_mut(chunk), internal, &mut w.sums)
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(i, (ax, ay, az, internal, sum))| {
+                let first = i * chunk;
+                *sum = ForceSums::default();
+                ax.fill(0.0);
+                ay.fill(0.0);
+                az.fill(0.0);
+                NodalLoad::add(loads, t, n, first, [&mut *ax, &mut *ay, &mut *az]);
+                for (k, internal) in internal.iter().enumerate() {
+                    let (a, load) = (first + k, Vec3::new(ax[k], ay[k], az[k]));
+                    sum.reaction += internal;
+                    sum.load += load;
+                    sum.power += load.dot(&v.vector(a));
+                    let acceleration = (internal + load) / mass[a]; // Eq. (2)
+                    [ax[k], ay[k], az[k]] = acceleration.into();
+                }
+            });
+        let mut total = w.sums.iter().fold(planes, |total, sum| total.add_scaled(1.0, sum));
+        self.fixed.hold(t, &self.mass, du.values_mut(), dv.values_mut(), &mut total);
         total
     }
 

@@ -3,10 +3,23 @@
 
 use super::configuration::Configuration;
 use crate::tensor::{Mat3, Vec3};
+use pulp::Simd;
 use rayon::prelude::*;
 
 /// Points that a thread packs at once.
 const CHUNK: usize = 1024;
+
+/// Numbers as the vectors of an instruction set.
+#[inline(always)]
+pub(super) fn vectors<S: Simd>(numbers: &[f64]) -> &[S::f64s] {
+    S::as_simd_f64s(numbers).0
+}
+
+/// The same to write to.
+#[inline(always)]
+pub(super) fn vectors_mut<S: Simd>(numbers: &mut [f64]) -> &mut [S::f64s] {
+    S::as_mut_simd_f64s(numbers).0
+}
 
 /// A point as the first sweep reads it. Both halves are two vectors of three, each with a zero behind it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -21,7 +34,7 @@ pub(super) struct Point {
 
 /// Two vectors of three in eight lanes.
 #[inline(always)]
-fn lanes(first: &Vec3, second: &Vec3) -> [f64; 8] {
+pub(super) fn lanes(first: &Vec3, second: &Vec3) -> [f64; 8] {
     [first.x, first.y, first.z, 0.0, second.x, second.y, second.z, 0.0]
 }
 

@@ -3,8 +3,7 @@
 //! neighbours into a few numbers, so that a pair costs a few multiply-adds of whole vectors.
 
 use super::configuration::{Configuration, out_of_plane};
-use super::points::{Constants, Point, Points, Source};
-use crate::material::FiniteStrain;
+use super::points::{Constants, Point, Points, Source, vectors, vectors_mut};
 use crate::tensor::{Mat3, Vec3};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
@@ -36,17 +35,6 @@ pub struct Gradients<'a> {
     pub f: &'a mut [Mat3],
     /// The gradient of the companion of x, dF/dt if that is the velocity.
     pub f_rate: &'a mut [Mat3],
-}
-
-/// The numbers as vectors.
-#[inline(always)]
-fn vectors<S: Simd>(numbers: &[f64]) -> &[S::f64s] {
-    S::as_simd_f64s(numbers).0
-}
-
-#[inline(always)]
-fn vectors_mut<S: Simd>(numbers: &mut [f64]) -> &mut [S::f64s] {
-    S::as_mut_simd_f64s(numbers).0
 }
 
 /// The sums of the first sweep at a particle; lanes as in [`Point::moving`].
@@ -234,7 +222,8 @@ impl Points {
         let sweep = First { configuration: c, list, constants, hourglass, middle, law };
         let (sources, images) = self.sources.split_at_mut(c.len);
         let arch = Arch::new();
-        (out.f.par_chunks_mut(CHUNK), out.f_rate.par_chunks_mut(CHUNK), sources.par_chunks_mut(CHUNK))
+        let Gradients { f, f_rate } = out;
+        (f.par_chunks_mut(CHUNK), f_rate.par_chunks_mut(CHUNK), sources.par_chunks_mut(CHUNK))
             .into_par_iter()
             .enumerate()
             .for_each(|(i, (f, f_rate, sources))| {
@@ -259,29 +248,6 @@ impl Points {
         let arch = Arch::new();
         out.par_chunks_mut(CHUNK).enumerate().for_each(|(i, out)| {
             arch.dispatch(SecondChunk { configuration: c, points: self, first: i * CHUNK, out });
-        });
-    }
-
-    /// Energy of each particle at gradients `f`, that of the hourglass term of stiffness k included:
-    /// m/rho_0 W(F) + 1/2 sum k_ab |x_ba - F_a X_ba|^2, k_ab = k V_a V_b w. As F_a X_ba = F_inc F_0 X_ba, the
-    /// term remembers what it held before a remesh.
-    pub fn energies<const D: usize>(
-        &self,
-        c: &Configuration<D>,
-        material: &dyn FiniteStrain,
-        stiffness: f64,
-        f: &[Mat3],
-        out: &mut [f64],
-    ) {
-        out.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(|(a, e)| {
-            let (here, f) = (&self.list[a], &f[a]);
-            let mut springs = 0.0;
-            for (b, share) in c.neighbours(a) {
-                let there = &self.list[b];
-                let stretched = f * (there.reference() - here.reference());
-                springs += share * (there.position() - here.position() - stretched).norm_squared();
-            }
-            *e = c.reference_volume[a] * material.energy(f) + 0.5 * stiffness * c.volume[a] * springs;
         });
     }
 }
