@@ -22,6 +22,7 @@ use configuration::Configuration;
 use points::Points;
 use rayon::prelude::*;
 use std::cmp::Ordering;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 use sweeps::{Gradients, Hourglass};
 
@@ -216,21 +217,16 @@ impl<const D: usize> LargeStrain<D> {
     /// Smallest and largest singular value of F_inc, the deformation since the last remesh, at the last
     /// evaluation.
     pub fn stretches_since_remesh(&self) -> (f64, f64) {
-        let squares = |(low, high): (f64, f64), (f, undo): (&Mat3, &Mat3)| {
-            let f = f * undo;
-            let square = f.transpose() * f;
-            // No eigenvalue is farther from 1: few particles can set a new mark.
-            let reach = (square - Mat3::identity()).norm();
-            if 1.0 - reach >= low && 1.0 + reach <= high {
-                return (low, high);
-            }
-            let squares = square.symmetric_eigenvalues();
-            (low.min(squares.min()), high.max(squares.max()))
-        };
         let chunk = PARTICLES_A_SUM;
         let (low, high) = (self.work.f.par_chunks(chunk), self.undo.par_chunks(chunk))
             .into_par_iter()
-            .map(|(f, undo)| f.iter().zip(undo).fold((1.0, 1.0), squares))
+            .map(|(f, undo)| {
+                f.iter().zip(undo).fold((1.0_f64, 1.0_f64), |(low, high), (f, undo)| {
+                    let f = f * undo;
+                    let (smallest, largest) = extreme_eigenvalues(&(f.transpose() * f));
+                    (low.min(smallest), high.max(largest))
+                })
+            })
             .reduce(|| (1.0, 1.0), |p, q| (p.0.min(q.0), p.1.max(q.1)));
         (low.max(0.0).sqrt(), high.sqrt())
     }
@@ -346,6 +342,19 @@ fn law_of(material: &dyn Material) -> &dyn FiniteStrain {
     }
 }
 
+/// Smallest and largest eigenvalue of a symmetric matrix: with the mean m of all three and p^2 = |C - m I|^2 / 6 they
+/// are m + 2 p cos(angle + 2 pi k / 3), where cos(3 angle) = det((C - m I) / p) / 2.
+fn extreme_eigenvalues(c: &Mat3) -> (f64, f64) {
+    let mean = c.trace() / 3.0;
+    let deviator = c - Mat3::identity() * mean;
+    let p = (deviator.norm_squared() / 6.0).sqrt();
+    if p == 0.0 {
+        return (mean, mean);
+    }
+    let angle = ((deviator / p).determinant() / 2.0).clamp(-1.0, 1.0).acos() / 3.0;
+    (mean + 2.0 * p * (angle + TAU / 3.0).cos(), mean + 2.0 * p * angle.cos())
+}
+
 /// ln V = 1/2 ln(F F^T).
 fn logarithmic_strain(f: &Mat3) -> Mat3 {
     let eigen = (f * f.transpose()).symmetric_eigen();
@@ -356,4 +365,33 @@ fn logarithmic_strain(f: &Mat3) -> Mat3 {
 /// Vector `a` of a column of `n`.
 fn vector(column: &[f64], n: usize, a: usize) -> Vec3 {
     Vec3::new(column[a], column[n + a], column[2 * n + a])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn extreme_eigenvalues_are_those_of_the_decomposition(
+            f in prop::array::uniform9(-2.0..2.0_f64), alike in prop::bool::ANY
+        ) {
+            let f = Mat3::from_row_slice(&f);
+            // Two or three of them alike are the hard cases.
+            let f = if alike { Mat3::identity() + f.column(0) * f.column(1).transpose() * 1e-9 } else { f };
+            let c = f.transpose() * f;
+            let exact = c.symmetric_eigenvalues();
+            let (smallest, largest) = extreme_eigenvalues(&c);
+            prop_assert!((smallest - exact.min()).abs() < 1e-7 * exact.max());
+            prop_assert!((largest - exact.max()).abs() < 1e-7 * exact.max());
+        }
+    }
+
+    #[test]
+    fn extreme_eigenvalues_by_hand() {
+        assert_eq!(extreme_eigenvalues(&Mat3::identity()), (1.0, 1.0));
+        let (smallest, largest) = extreme_eigenvalues(&Mat3::from_diagonal(&Vec3::new(4.0, 1.0, 1.0)));
+        assert!((smallest - 1.0).abs() < 1e-7 && (largest - 4.0).abs() < 1e-12);
+    }
 }
