@@ -43,7 +43,7 @@ impl Irregular {
         let Self { configuration: c, points, gradient: [f, f_rate], force } = self;
         points.set(c, |a| (c.nodes[a] * 1.01, c.nodes[a]));
         let hourglass = Hourglass { stiffness: hourglass, of_position: 1.0, of_companion: 0.1 };
-        points.gradients(c, hourglass, &|_, f, _| *f, Gradients { f, f_rate });
+        points.gradients(c, hourglass, &|f, _| *f, Gradients { f, f_rate });
         points.forces(c, force);
     }
 }

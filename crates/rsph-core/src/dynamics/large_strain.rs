@@ -128,9 +128,9 @@ impl<const D: usize> LargeStrain<D> {
         self.work.points.set(&self.configuration, to);
     }
 
-    /// F and dF/dt of where the particles were set, and sources of force for the stress `law`(a, F, dF/dt) and the
+    /// F and dF/dt of where the particles were set, and sources of force for the stress `law`(F, dF/dt) and the
     /// hourglass term of the field x + `of_companion` v.
-    fn gradients(&mut self, of_companion: f64, law: &(impl Fn(usize, &Mat3, &Mat3) -> Mat3 + Sync)) {
+    fn gradients(&mut self, of_companion: f64, law: &(impl Fn(&Mat3, &Mat3) -> Mat3 + Sync)) {
         let hourglass = Hourglass { stiffness: self.hourglass, of_position: 1.0, of_companion };
         let (w, c) = (&mut self.work, &self.configuration);
         w.points.gradients(c, hourglass, law, Gradients { f: &mut w.f, f_rate: &mut w.f_rate });
@@ -138,7 +138,7 @@ impl<const D: usize> LargeStrain<D> {
 
     /// F and dF/dt alone.
     fn strain(&mut self) {
-        self.gradients(0.0, &|_, _, _| Mat3::zeros());
+        self.gradients(0.0, &|_, _| Mat3::zeros());
     }
 
     /// Positions and velocities of all points, ghosts included, from those of the particles at time `t`, and
@@ -162,7 +162,7 @@ impl<const D: usize> LargeStrain<D> {
         self.set(t, |a| (x[a], Vec3::zeros()));
         let material = Arc::clone(&self.material);
         let law = law_of(&*material);
-        self.gradients(0.0, &|_, f, _| law.first_piola(f));
+        self.gradients(0.0, &|f, _| law.first_piola(f));
         self.sum_forces();
         force.copy_from_slice(&self.work.force[..self.len()]);
         self.elastic_energy()
@@ -183,7 +183,7 @@ impl<const D: usize> LargeStrain<D> {
         w.points.set_changes(c, dx);
         let hourglass = Hourglass { stiffness: self.hourglass, of_position: 0.0, of_companion: 1.0 };
         let out = Gradients { f: &mut w.f, f_rate: &mut w.f_rate };
-        w.points.gradients(c, hourglass, &|_, f, df| law.tangent(f, df), out);
+        w.points.gradients(c, hourglass, &|f, df| law.tangent(f, df), out);
         self.sum_forces();
         force.copy_from_slice(&self.work.force[..self.len()]);
     }
@@ -197,7 +197,7 @@ impl<const D: usize> LargeStrain<D> {
         let hourglass = Hourglass { stiffness: 0.0, of_position: 0.0, of_companion: 0.0 };
         // At the nodes, where nothing can be amiss.
         self.work.points.set(c, |a| (c.nodes[a], Vec3::zeros()));
-        self.work.points.gradients(c, hourglass, &|_, _, _| *p, out);
+        self.work.points.gradients(c, hourglass, &|_, _| *p, out);
         self.sum_forces();
         self.work.force[..self.len()].iter().map(|f| -f).collect()
     }
@@ -247,7 +247,7 @@ impl<const D: usize> Dynamics for LargeStrain<D> {
         self.set(t, |a| (reference.vector(a) + u.vector(a), v.vector(a)));
         let material = Arc::clone(&self.material);
         let law = law_of(&*material);
-        let stress = |_: usize, f: &Mat3, f_rate: &Mat3| law.first_piola(f) + law.viscous_piola(f, f_rate);
+        let stress = |f: &Mat3, f_rate: &Mat3| law.first_piola(f) + law.viscous_piola(f, f_rate);
         self.gradients(material.relaxation_time(), &stress); // Eqs. (10), (13)
         let planes = ForceSums { power: self.sum_forces(), ..ForceSums::default() };
 

@@ -184,9 +184,9 @@ impl Points {
     /// Gives the points of `c` the changes of place `dx` of particles while the planes rest, where they are.
     pub fn set_changes<const D: usize>(&mut self, c: &Configuration<D>, dx: &[Vec3]) {
         let (particles, images) = self.list.split_at_mut(c.len);
-        for (point, dx) in particles.iter_mut().zip(dx) {
+        particles.par_iter_mut().zip(dx).with_min_len(CHUNK).for_each(|(point, dx)| {
             point.moving = lanes(&point.position(), dx);
-        }
+        });
         for (i, (image, ghost)) in images.iter_mut().zip(&c.ghosts.list).enumerate() {
             image.moving = lanes(&image.position(), &c.ghosts.change(i, dx[ghost.partner]));
         }

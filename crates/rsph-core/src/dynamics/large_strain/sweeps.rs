@@ -71,7 +71,7 @@ struct First<'a, const D: usize, L> {
     law: &'a L,
 }
 
-impl<const D: usize, L: Fn(usize, &Mat3, &Mat3) -> Mat3> First<'_, D, L> {
+impl<const D: usize, L: Fn(&Mat3, &Mat3) -> Mat3> First<'_, D, L> {
     #[inline(always)]
     fn sums<S: Simd>(&self, simd: S, a: usize) -> FirstSums {
         let (here, map) = (&self.list[a], &self.constants[a].gradient);
@@ -83,6 +83,8 @@ impl<const D: usize, L: Fn(usize, &Mat3, &Mat3) -> Mat3> First<'_, D, L> {
             let (mut plain, mut with_node, mut with_reference) = (zero, [zero; 3], [zero; 3]);
             for (b, share) in neighbours.iter().zip(shares) {
                 let there = &self.list[*b as usize];
+                // Differences of what moves only: xi_a and X_a come out of the sum, and a product with a number in
+                // memory is one instruction.
                 let d = simd.sub_f64s(vectors::<S>(&there.moving)[part], z);
                 let d = simd.mul_f64s(d, simd.splat_f64s(*share));
                 plain = simd.add_f64s(plain, d);
@@ -116,14 +118,14 @@ impl<const D: usize, L: Fn(usize, &Mat3, &Mat3) -> Mat3> First<'_, D, L> {
         let sums = self.sums(simd, a);
         let f = matrix(&sums.gradient, 0) + out_of_plane::<D>();
         let f_rate = matrix(&sums.gradient, 4);
-        let piola = (self.law)(a, &f, &f_rate);
+        let piola = (self.law)(&f, &f_rate);
 
         let (c, h, point) = (&self.constants[a], &self.hourglass, &self.list[a]);
         let blend = |position: Mat3, companion: Mat3| position * h.of_position + companion * h.of_companion;
         let g = blend(f, f_rate);
         let products = blend(matrix(&sums.with_reference, 0), matrix(&sums.with_reference, 4));
         let plain = vector(&sums.plain, 0) * h.of_position + vector(&sums.plain, 4) * h.of_companion;
-        // sum c (z_ba - G X_ba) (x) X_ba; F_0 has X_ba times L_a F_0.
+        // sum c (z_ba - G X_ba) (x) X_ba
         let springs = products - g * c.second_moment;
         let tensor = (piola * c.reference_share - springs * h.stiffness) * c.gradient.transpose();
         let (z, spring) = (h.field(point) - self.middle, g * h.stiffness);
@@ -141,7 +143,7 @@ struct FirstChunk<'a, const D: usize, L> {
     sources: &'a mut [Source],
 }
 
-impl<const D: usize, L: Fn(usize, &Mat3, &Mat3) -> Mat3> WithSimd for FirstChunk<'_, D, L> {
+impl<const D: usize, L: Fn(&Mat3, &Mat3) -> Mat3> WithSimd for FirstChunk<'_, D, L> {
     type Output = ();
 
     #[inline(always)]
@@ -206,7 +208,7 @@ impl<const D: usize> WithSimd for SecondChunk<'_, D> {
 
 impl Points {
     /// Gradients of what moves at all particles: sum (z_b - z_a) (x) g_ab F_0, the corrected gradient of
-    /// Eqs. (10), (13). Of them, of the stress P = `law`(a, F, dF/dt) and of the hourglass term
+    /// Eqs. (10), (13). Of them, of the stress P = `law`(F, dF/dt) and of the hourglass term
     /// k_ab = k V_a V_b w, what [`Self::forces`] sums is made: with c = V_b w
     ///
     /// T_a = (m/rho_0 P / V - k sum c (z_ba - G_a X_ba) (x) X_ba) F_0^T L_a.
@@ -214,7 +216,7 @@ impl Points {
         &mut self,
         c: &Configuration<D>,
         hourglass: Hourglass,
-        law: &(impl Fn(usize, &Mat3, &Mat3) -> Mat3 + Sync),
+        law: &(impl Fn(&Mat3, &Mat3) -> Mat3 + Sync),
         out: Gradients<'_>,
     ) {
         let middle = self.list.get(self.middle).map_or_else(Vec3::zeros, |point| hourglass.field(point));
