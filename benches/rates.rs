@@ -8,7 +8,7 @@ mod common;
 use common::irregular::Irregular;
 use common::liver::liver;
 use common::sums::Sums;
-use common::{cube, cycle::Cycle};
+use common::{NARROW, WIDE, cube, cycle::Cycle};
 use rsph_core::setup::{Scheme, Solver};
 use rsph_core::simulation::Simulation;
 use std::time::{Duration, Instant};
@@ -56,14 +56,13 @@ impl Row {
 }
 
 /// Smoothing lengths with their numbers of neighbours.
-const STENCILS: [(Solver, usize); 2] =
-    [(Solver { smoothing: 1.25, hourglass: 0.1, ..Solver::ACCURATE }, 122), (Solver::ACCURATE, 26)];
+const STENCILS: [(Solver, usize); 2] = [(WIDE, 122), (NARROW, 26)];
 
 fn measure(body: &str, size: usize) -> Row {
     let mut row = Row::new(body, size);
     let count = size.pow(3) as f64;
     match body {
-        "cube" => STENCILS.iter().for_each(|(s, nb)| row.add_steps(*nb, cube(size, s.smoothing))),
+        "cube" => STENCILS.iter().for_each(|(s, nb)| row.add_steps(*nb, cube(size, *s))),
         "liver" => STENCILS.iter().for_each(|(s, nb)| row.add_steps(*nb, liver(size, *s, Scheme::Rk4))),
         "sums" => {
             for (solver, neighbours) in STENCILS {
