@@ -1,14 +1,15 @@
-//! Particle updates a second as JSON, for scripts. `cargo bench -p rsph-core --bench rates -- cube 20 37 58`
-//! measures cubes of so many particles along an edge, `-- liver 50000` livers of about so many particles, and
-//! `-- sums 37` the kernel sums alone. An update is one right-hand side of one particle. The best of what fits
-//! into a second counts: other programs can only make it slower.
+//! Speed as JSON, for scripts. `cargo bench -p rsph-core --bench rates -- cube 20 37 58` measures cubes of so many
+//! particles along an edge, `-- liver 50000` livers of about so many particles, `-- sums 37` the kernel sums alone and
+//! `-- pairs 37` those over neighbour pairs, in particle updates a second: an update is one right-hand side of one
+//! particle. `-- static 20000` takes livers to rest and `-- frames 5000` moves a load over them, in seconds. The best of
+//! what fits into a second counts: other programs can only make it slower.
 
 mod common;
 
 use common::irregular::Irregular;
-use common::liver::liver;
+use common::liver::{CYCLE, FRAME, liver, press};
 use common::sums::Sums;
-use common::{NARROW, WIDE, cube, cycle::Cycle};
+use common::{NARROW, WIDE, cube, cycle::Cycle, run_step};
 use rsph_core::setup::{Scheme, Solver};
 use rsph_core::simulation::Simulation;
 use std::time::{Duration, Instant};
@@ -31,6 +32,9 @@ fn best(mut run: impl FnMut()) -> f64 {
     best
 }
 
+/// Steps of a run from one look of the watchdog to the next.
+const LOOKS: f64 = 20.0;
+
 /// The figures of one body.
 struct Row(Vec<String>);
 
@@ -50,13 +54,61 @@ impl Row {
             self.add("particles", particles);
         }
         self.add(&format!("right_hand_side_{neighbours}"), particles / best(|| _ = body.evaluate()));
-        let step = best(|| body.step().expect("a stable step"));
-        self.add(&format!("rk4_{neighbours}"), 4.0 * particles / step);
+        let step = best(|| run_step(&mut body));
+        let look = best(|| body.step().expect("a stable step")) - step;
+        self.add(&format!("rk4_{neighbours}"), 4.0 * particles / (step + look.max(0.0) / LOOKS));
     }
 }
 
 /// Smoothing lengths with their numbers of neighbours.
 const STENCILS: [(Solver, usize); 2] = [(WIDE, 122), (NARROW, 26)];
+
+/// Seconds to rest, from rest under the opposite load: the set-up of the solver, and its iterations.
+fn add_rest(row: &mut Row, mut body: Simulation) {
+    row.add("particles", body.description().particles as f64);
+    let (begin, mut pressure, mut runs, mut iterations) = (Instant::now(), 270.0, 0, 0);
+    let (mut set_up, mut solve) = (f64::INFINITY, f64::INFINITY);
+    while runs < LEAST_RUNS || begin.elapsed() < SPEND {
+        pressure = -pressure;
+        body.set_loads(vec![press(0, pressure)]).expect("a load on the surface");
+        let (start, mut ready) = (Instant::now(), None);
+        let watch = &mut |_, _| {
+            ready.get_or_insert_with(Instant::now);
+            true
+        };
+        iterations = body.solve_static(1.0, watch).expect("equilibrium").iterations;
+        let end = Instant::now();
+        let ready = ready.expect("at least one iteration");
+        set_up = set_up.min((ready - start).as_secs_f64());
+        solve = solve.min((end - ready).as_secs_f64());
+        runs += 1;
+    }
+    row.add("iterations", iterations as f64);
+    row.add("set_up", set_up);
+    row.add("solve", solve);
+}
+
+/// Seconds a frame with SDIRK2 while the load goes to and fro, and of that for the new load.
+fn add_frames(row: &mut Row, mut body: Simulation) {
+    row.add("particles", body.description().particles as f64);
+    let (mut frame, mut best) = (0, [f64::INFINITY; 2]);
+    for _ in 0..LEAST_RUNS {
+        let mut spent = [Duration::ZERO; 2];
+        for _ in 0..CYCLE {
+            frame += 1;
+            let start = Instant::now();
+            body.set_loads(vec![press(frame, 270.0)]).expect("a load on the surface");
+            spent[1] += start.elapsed();
+            body.advance_to(f64::from(frame) * FRAME, &mut |_| true).expect("a frame");
+            spent[0] += start.elapsed();
+        }
+        for (best, spent) in best.iter_mut().zip(spent) {
+            *best = best.min(spent.as_secs_f64() / f64::from(CYCLE));
+        }
+    }
+    row.add("frame", best[0]);
+    row.add("new_load", best[1]);
+}
 
 fn measure(body: &str, size: usize) -> Row {
     let mut row = Row::new(body, size);
@@ -73,13 +125,15 @@ fn measure(body: &str, size: usize) -> Row {
             let mut cycle = Cycle::new(size);
             row.add("v_cycle", count / best(|| cycle.run()));
         }
+        "static" => add_rest(&mut row, liver(size, NARROW, Scheme::Sdirk2)),
+        "frames" => add_frames(&mut row, liver(size, NARROW, Scheme::Sdirk2)),
         "pairs" => {
             let mut pairs = Irregular::new(size);
             row.add("neighbours", pairs.neighbours());
             row.add("pairs", count / best(|| pairs.update(0.0)));
             row.add("pairs_hourglass", count / best(|| pairs.update(0.2)));
         }
-        other => panic!("no body `{other}`: cube, liver, sums, pairs"),
+        other => panic!("no body `{other}`: cube, liver, sums, pairs, static, frames"),
     }
     row
 }

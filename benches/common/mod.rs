@@ -47,3 +47,9 @@ pub fn cube(n: usize, solver: Solver) -> Simulation {
     })
     .expect("a cube")
 }
+
+/// One step as a run takes it. `Simulation::step` has the watchdog look at every step, a run only at each twentieth.
+pub fn run_step(body: &mut Simulation) {
+    // Far away; it stops after the first step.
+    body.advance_to(1e6, &mut |_| false).expect("a stable step");
+}
