@@ -1,6 +1,5 @@
 """Markdown tables of the documents from benches/results.json (benches/measure.py).
 
-
 Each function takes the results of all parts and returns the text of one table.
 """
 
