@@ -16,8 +16,6 @@ const VALUES_A_TASK: usize = 16384;
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 /// Residual of a stage, as a share of the largest load, over the tolerance of a step.
 const STAGE: f64 = 0.02;
-/// Stages that the next one starts from.
-const RECALLED: usize = 6;
 /// Iterations after which a stage counts as unsolvable.
 const MAX_ITERATIONS: usize = 500;
 /// Bounds of the change of a step, and the share of the estimated best one that is taken.
@@ -62,7 +60,7 @@ impl Implicit {
     ) -> Self {
         let n = particles.len();
         let zeros = || vec![0.0; 3 * n];
-        let mut solver = dynamics.elastic().map(|elastic| StiffSolver::new(elastic).recalling(RECALLED));
+        let mut solver = dynamics.elastic().map(|elastic| StiffSolver::new(elastic).recalling());
         let mut scale = 0.0;
         if let (Some(elastic), Some(solver), Some(_)) = (dynamics.elastic(), &mut solver, adaptive) {
             // The displacement at rest under all loads, if the body is held.

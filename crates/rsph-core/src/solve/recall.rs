@@ -1,22 +1,44 @@
-//! Where to start a system from those solved before: the projection onto their solutions (P. F. Fischer,
+//! Where to start a system from those solved before: the best combination of their solutions (P. F. Fischer,
 //! Comput. Methods Appl. Mech. Eng. 163, 1998). It costs inner products, no application of the operator.
 
 use super::cg::ConjugateGradients;
-use super::sums::{Sums, combine};
+use super::sums::{CHUNK, plain_dot};
+use nalgebra::{SMatrix, SVector, SymmetricEigen};
+use rayon::prelude::*;
 
-/// Solutions d of earlier systems with A d, orthonormal in the inner product of A.
+/// Systems that are remembered: more save no iteration and cost their inner products.
+const WINDOW: usize = 6;
+/// Fewest chunks of a task.
+const CHUNKS_A_TASK: usize = 1;
+/// Combinations of solutions whose energy is a smaller share than this are rounding.
+const ROUNDING: f64 = 1e-11;
+
+/// A solution x of an earlier system and its product A x.
+pub type Known = [Vec<f64>; 2];
+type Shares = SVector<f64, WINDOW>;
+
+/// Solutions of the last systems of one matrix A.
 #[derive(Clone, Debug, Default)]
 pub struct Recall {
-    count: usize,
-    known: Vec<[Vec<f64>; 2]>,
+    active: bool,
+    known: Vec<Known>,
+    /// x_i . A x_j, the identity for those that are not there yet.
+    energies: SMatrix<f64, WINDOW, WINDOW>,
     /// b - A x where the last system started.
     rest: Vec<f64>,
+    partial: Vec<[f64; WINDOW]>,
 }
 
 impl Recall {
-    /// Of the last `count` systems.
-    pub fn new(count: usize) -> Self {
-        Self { count, ..Self::default() }
+    /// Of fields of `len` values.
+    pub fn new(len: usize) -> Self {
+        Self {
+            active: true,
+            known: Vec::with_capacity(WINDOW),
+            energies: SMatrix::identity(),
+            rest: vec![0.0; len],
+            partial: vec![[0.0; WINDOW]; len.div_ceil(CHUNK)],
+        }
     }
 
     /// Whether there is something to start from.
@@ -25,30 +47,45 @@ impl Recall {
     }
 
     /// Solutions and their products, oldest first.
-    pub fn known(&self) -> &[[Vec<f64>; 2]] {
+    pub fn known(&self) -> &[Known] {
         &self.known
     }
 
     /// Goes on from what [`Recall::known`] gave.
-    pub fn restore(&mut self, known: Vec<[Vec<f64>; 2]>) {
-        self.known = known;
+    pub fn restore(&mut self, known: Vec<Known>) {
+        self.forget();
+        known.into_iter().for_each(|known| self.push(known));
     }
 
     /// Forgets everything: the matrix is another one.
     pub fn forget(&mut self) {
         self.known.clear();
+        self.energies = SMatrix::identity();
     }
 
-    /// Sets x to the best combination of known solutions and [`Recall::rest`] to b - A x.
-    pub fn start(&mut self, b: &[f64], x: &mut [f64], sums: &mut Sums) {
-        self.rest.resize(b.len(), 0.0);
-        self.rest.copy_from_slice(b);
-        x.fill(0.0);
-        for [solution, product] in &self.known {
-            let share = sums.dot(solution, &self.rest);
-            combine(share, solution, 1.0, x);
-            combine(-share, product, 1.0, &mut self.rest);
-        }
+    /// Sets x to the combination of known solutions that is nearest to the solution of A x = b in the norm of A, and
+    /// [`Recall::rest`] to b - A x.
+    pub fn start(&mut self, b: &[f64], x: &mut [f64]) {
+        let shares = self.products_with(b);
+        let Self { known, energies, rest, .. } = self;
+        let share = combination(energies, &shares);
+        let n = CHUNK;
+        (x.par_chunks_mut(n), rest.par_chunks_mut(n), b.par_chunks(n))
+            .into_par_iter()
+            .with_min_len(CHUNKS_A_TASK)
+            .enumerate()
+            .for_each(|(k, (x, rest, b))| {
+                let part = k * n..k * n + x.len();
+                x.fill(0.0);
+                rest.copy_from_slice(b);
+                for ([solution, product], share) in known.iter().zip(&share) {
+                    let known = solution[part.clone()].iter().zip(&product[part.clone()]);
+                    for ((x, rest), (solution, product)) in x.iter_mut().zip(&mut *rest).zip(known) {
+                        *x += share * solution;
+                        *rest -= share * product;
+                    }
+                }
+            });
     }
 
     /// b - A x where the last system started.
@@ -56,34 +93,79 @@ impl Recall {
         &self.rest
     }
 
-    /// Remembers a solution x of A x = b, found by `gradients` from any start.
-    pub fn keep(&mut self, x: &[f64], b: &[f64], gradients: &mut ConjugateGradients) {
-        self.rest.resize(b.len(), 0.0);
-        self.rest.copy_from_slice(b);
-        self.keep_step(x, gradients);
-    }
-
-    /// Remembers what `gradients` added to the start.
-    pub fn keep_step(&mut self, step: &[f64], gradients: &mut ConjugateGradients) {
-        if self.count == 0 {
+    /// Remembers the solution x of A x = b that `gradients` has found.
+    pub fn keep(&mut self, x: &[f64], b: &[f64], gradients: &ConjugateGradients) {
+        if !self.active {
             return;
         }
-        let mut slot = if self.known.len() < self.count {
-            [vec![0.0; step.len()], vec![0.0; step.len()]]
+        let zeros = || vec![0.0; x.len()];
+        let [mut solution, mut product] = if self.known.len() < WINDOW {
+            [zeros(), zeros()]
         } else {
+            let after = |i: usize| (i + 1) % WINDOW;
+            self.energies = SMatrix::from_fn(|i, j| self.energies[(after(i), after(j))]);
             self.known.remove(0)
         };
-        let [solution, product] = &mut slot;
-        solution.copy_from_slice(step);
-        product.copy_from_slice(&self.rest);
-        combine(-1.0, gradients.residual(), 1.0, product);
-        let energy = gradients.sums().dot(solution, product);
-        if energy > 0.0 && energy.is_finite() {
-            let scale = 1.0 / energy.sqrt();
-            slot.iter_mut().flatten().for_each(|v| *v *= scale);
-            self.known.push(slot);
-        }
+        let n = CHUNK;
+        (solution.par_chunks_mut(n), product.par_chunks_mut(n), x.par_chunks(n), b.par_chunks(n))
+            .into_par_iter()
+            .zip(gradients.residual().par_chunks(n))
+            .with_min_len(CHUNKS_A_TASK)
+            .for_each(|((solution, product, x, b), r)| {
+                solution.copy_from_slice(x);
+                for ((product, b), r) in product.iter_mut().zip(b).zip(r) {
+                    *product = b - r;
+                }
+            });
+        self.push([solution, product]);
     }
+
+    fn push(&mut self, new: Known) {
+        let at = self.known.len();
+        self.known.push(new);
+        let product = std::mem::take(&mut self.known[at][1]);
+        let mut energies = self.products_with(&product);
+        self.known[at][1] = product;
+        if at + 1 < WINDOW {
+            energies.rows_mut(at + 1, WINDOW - at - 1).fill(0.0);
+        }
+        self.energies.set_column(at, &energies);
+        self.energies.set_row(at, &energies.transpose());
+    }
+
+    /// x_i . `field` of all that are known.
+    fn products_with(&mut self, field: &[f64]) -> Shares {
+        let (known, partial) = (&self.known, &mut self.partial);
+        (&mut *partial, field.par_chunks(CHUNK))
+            .into_par_iter()
+            .with_min_len(CHUNKS_A_TASK)
+            .enumerate()
+            .for_each(|(k, (sums, field))| {
+                let part = k * CHUNK..k * CHUNK + field.len();
+                for (sum, [solution, _]) in sums.iter_mut().zip(known) {
+                    *sum = plain_dot(&solution[part.clone()], field);
+                }
+            });
+        let mut sum = Shares::zeros();
+        for part in partial {
+            for i in 0..known.len() {
+                sum[i] += part[i];
+            }
+        }
+        sum
+    }
+}
+
+/// c with `energies` c = `shares`, without combinations that are nothing but rounding.
+fn combination(energies: &SMatrix<f64, WINDOW, WINDOW>, shares: &Shares) -> Shares {
+    let scale = energies.diagonal().map(|e| if e > 0.0 && e.is_finite() { 1.0 / e.sqrt() } else { 0.0 });
+    let scaled = SMatrix::<f64, WINDOW, WINDOW>::from_fn(|i, j| energies[(i, j)] * scale[i] * scale[j]);
+    let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(scaled);
+    let mut along = eigenvectors.transpose() * shares.component_mul(&scale);
+    for (along, energy) in along.iter_mut().zip(&eigenvalues) {
+        *along = if *energy > ROUNDING { *along / energy } else { 0.0 };
+    }
+    (eigenvectors * along).component_mul(&scale)
 }
 
 #[cfg(test)]
@@ -91,7 +173,7 @@ mod tests {
     use super::super::operator::{Operator, Preconditioner};
     use super::*;
     use crate::solve::cg::Goal;
-    use crate::solve::sums::noise;
+    use crate::solve::sums::{combine, noise};
 
     /// Second differences on a line, plus one.
     struct Line;
@@ -119,7 +201,7 @@ mod tests {
 
     #[test]
     fn a_system_in_the_span_of_those_before_needs_no_iteration() {
-        let (mut gradients, mut recall) = (ConjugateGradients::new(50), Recall::new(3));
+        let (mut gradients, mut recall) = (ConjugateGradients::new(50), Recall::new(50));
         let goal = Goal { residual: 1e-13, iterations: 100 };
         let mut values = vec![0.0; 150];
         noise(&mut values);
@@ -127,15 +209,16 @@ mod tests {
         let mut x = vec![0.0; 50];
         for (k, b) in right.iter().enumerate() {
             let mut step = vec![0.0; 50];
-            recall.start(b, &mut x, gradients.sums());
+            recall.start(b, &mut x);
             let rest = recall.rest().to_vec();
             let found = gradients.solve(&mut Line, &mut Nothing, &rest, &mut step, goal, &mut |_, _| true);
             assert!(found.iterations > 0);
-            recall.keep_step(&step, &mut gradients);
+            combine(1.0, &step, 1.0, &mut x);
+            recall.keep(&x, b, &gradients);
             assert_eq!(recall.known().len(), k + 1);
         }
         let b: Vec<f64> = (0..50).map(|i| right[0][i] - 2.0 * right[1][i] + 0.5 * right[2][i]).collect();
-        recall.start(&b, &mut x, gradients.sums());
+        recall.start(&b, &mut x);
         assert!(gradients.sums().norm(recall.rest()) < 1e-11);
         let mut product = vec![0.0; 50];
         Line.apply(&x, &mut product);

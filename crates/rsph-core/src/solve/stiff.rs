@@ -10,6 +10,16 @@ use crate::dynamics::elastic::Elastic;
 use crate::error::InvalidInput;
 use crate::state::{State, Stateful, damaged};
 
+/// Change of the scales that counts as rounding: steps to moments like k / 30 differ in their last digits, and
+/// the hierarchy and what is remembered are worth keeping.
+const ROUNDING: f64 = 1e-12;
+
+/// Whether two pairs of scales differ by rounding only.
+fn alike(a: (f64, f64), b: (f64, f64)) -> bool {
+    let close = |a: f64, b: f64| (a - b).abs() <= ROUNDING * a.abs();
+    close(a.0, b.0) && close(a.1, b.1)
+}
+
 /// A solver for one body on one lattice.
 #[derive(Clone, Debug)]
 pub struct StiffSolver {
@@ -49,11 +59,11 @@ impl StiffSolver {
         }
     }
 
-    /// Remembers up to `count` solutions, from which the next systems of the same scales start: what a body
+    /// Remembers the last solutions, from which the next systems of the same scales start: what a body
     /// does in one time step resembles what it did in those before.
     #[must_use]
-    pub fn recalling(mut self, count: usize) -> Self {
-        self.recall = Recall::new(count);
+    pub fn recalling(mut self) -> Self {
+        self.recall = Recall::new(self.step.len());
         self
     }
 
@@ -68,24 +78,24 @@ impl StiffSolver {
         goal: Goal,
         watch: &mut dyn FnMut(usize, f64) -> bool,
     ) -> Outcome {
-        if self.scales != scales {
+        if !alike(self.scales, scales) {
             self.multigrid.set_scales(scales.0, scales.1);
             self.scales = scales;
             self.recall.forget();
         }
-        let mut shifted = Shifted { elastic, mass: scales.0, stiffness: scales.1 };
+        let mut shifted = Shifted { elastic, mass: self.scales.0, stiffness: self.scales.1 };
         let mut operator = Counted(&mut shifted, &mut self.applications);
         let Self { multigrid, gradients, recall, step, .. } = self;
-        if recall.is_empty() {
-            let outcome = gradients.solve(&mut operator, multigrid, b, x, goal, watch);
-            recall.keep(x, b, gradients);
-            return outcome;
-        }
-        recall.start(b, x, gradients.sums());
-        step.fill(0.0);
-        let outcome = gradients.solve(&mut operator, multigrid, recall.rest(), step, goal, watch);
-        combine(1.0, step, 1.0, x);
-        recall.keep_step(step, gradients);
+        let outcome = if recall.is_empty() {
+            gradients.solve(&mut operator, multigrid, b, x, goal, watch)
+        } else {
+            recall.start(b, x);
+            step.fill(0.0);
+            let outcome = gradients.solve(&mut operator, multigrid, recall.rest(), step, goal, watch);
+            combine(1.0, step, 1.0, x);
+            outcome
+        };
+        recall.keep(x, b, gradients);
         outcome
     }
 

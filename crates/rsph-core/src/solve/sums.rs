@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 /// Values of one partial sum.
-const CHUNK: usize = 4096;
+pub const CHUNK: usize = 4096;
 /// Fewest chunks of a task: a smaller one costs less than to hand it over.
 const CHUNKS_A_TASK: usize = 4;
 
@@ -61,7 +61,7 @@ pub fn combine(a: f64, x: &[f64], b: f64, y: &mut [f64]) {
 }
 
 /// Eight running sums: short dependency chains, and an order that does not depend on the compiler.
-fn plain_dot(x: &[f64], y: &[f64]) -> f64 {
+pub fn plain_dot(x: &[f64], y: &[f64]) -> f64 {
     let mut sum = [0.0; 8];
     let (xs, ys) = (x.chunks_exact(8), y.chunks_exact(8));
     let rest: f64 = xs.remainder().iter().zip(ys.remainder()).map(|(x, y)| x * y).sum();
