@@ -39,24 +39,17 @@ class NotMeasuredError(Exception):
     """Why a part can not be measured here."""
 
 
-def output(command: list[str], **environment: str) -> str:
+def output(command: list[str], env: dict | None = None) -> str:
     """What a command prints; what it says on the way goes to the terminal."""
-    env = {**os.environ, **environment}
     done = subprocess.run(command, cwd=ROOT, env=env, stdout=subprocess.PIPE, text=True)
     if done.returncode:
         raise NotMeasuredError(f"`{' '.join(command)}` failed (exit {done.returncode})")
     return done.stdout
 
 
-def rates(*words: str, threads: int = THREADS) -> dict:
-    """What the benchmark `rates` prints."""
-    text = output([*BENCH, "rates", "--", *words], RAYON_NUM_THREADS=str(threads))
-    return json.loads(text.splitlines()[-1])
-
-
-def on_threads(*words: str) -> list[dict]:
-    """The same with one thread and with all."""
-    return [rates(*words, threads=count) for count in sorted({1, THREADS})]
+def rates(*words: str) -> list[dict]:
+    """Rows of the benchmark `rates`."""
+    return json.loads(output([*BENCH, "rates", "--", *words]).splitlines()[-1])["rows"]
 
 
 def run(scenario: str, *sets: str) -> dict:
@@ -88,20 +81,20 @@ def limits() -> dict:
 
 def pieces() -> list[dict]:
     """Right-hand sides and steps of RK4."""
-    return on_threads("cube", "20", "37", "58", "liver", "50000")
+    return rates("cube", "20", "37", "58", "liver", "50000")
 
 
 def sums() -> list[dict]:
     """Kernel sums, a V-cycle, neighbour pairs."""
-    return on_threads("sums", "20", "37", "58", "pairs", "37", "58")
+    return rates("sums", "20", "37", "58", "pairs", "37", "58")
 
 
-def solves() -> dict:
+def solves() -> list[dict]:
     """Bodies taken to rest, and frames with a load that moves."""
     return rates("static", "20000", "60000", "frames", "5000", "20000", "40000")
 
 
-def million() -> dict:
+def million() -> list[dict]:
     """A body of a million particles taken to rest."""
     return rates("static", "1000000")
 
@@ -124,19 +117,14 @@ def speed() -> list[dict]:
     return rows
 
 
-def growth() -> dict:
-    """Steps of livers of 10,000 to a million particles, with all threads."""
+def growth() -> list[dict]:
+    """Steps of livers of 10,000 to a million particles."""
     return rates("liver", "10000", "30000", "100000", "300000", "1000000")
 
 
-def growth_one() -> dict:
-    """The same with one thread."""
-    return rates("liver", "10000", "30000", "100000", "300000", "1000000", threads=1)
-
-
 def growth_large() -> list[dict]:
-    """Four million particles, with one thread and with all."""
-    return on_threads("liver", "4000000")
+    """Steps of a liver of four million particles."""
+    return rates("liver", "4000000")
 
 
 def whole_program(particles: int) -> list[dict]:
@@ -187,10 +175,10 @@ def instructions() -> list[dict]:
         raise NotMeasuredError(
             "valgrind is not installed: install the package `valgrind` of your system (Linux)"
         )
-    path = f"{runner()}{os.pathsep}{os.environ.get('PATH', '')}"
+    env = {**os.environ, "PATH": f"{runner()}{os.pathsep}{os.environ.get('PATH', '')}"}
     command = [*BENCH, "instructions", "--", "--output-format=json"]
     rows = []
-    for row in map(json.loads, output(command, PATH=path).splitlines()):
+    for row in map(json.loads, output(command, env).splitlines()):
         count = row["profiles"][0]["data"]["total"]["metrics"]["Ir"]["values"]["new"]
         rows.append({"piece": row["function_name"], "case": row["id"], "instructions": count})
     return rows
@@ -211,7 +199,6 @@ PARTS = [
     million,
     speed,
     growth,
-    growth_one,
     growth_large,
     memory,
     memory_large,

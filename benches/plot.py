@@ -35,17 +35,18 @@ def roofline(results: dict) -> None:
         label = "one thread" if key == "one" else f"{lim['threads']} threads"
         roof = [min(peak, bandwidth * x) for x in intensity]
         axes.loglog(intensity, roof, style, lw=1.2, label=f"roof, {label}")
-    one, best = tables.by_body(results["pieces"]["found"])
+    bodies = tables.by_body(results["pieces"]["found"])
     marks = {("cube", 20): "v", ("cube", 37): "o", ("cube", 58): "s", ("liver", 50_000): "^"}
     for body, mark in marks.items():
         name = "50k liver" if body[0] == "liver" else f"{body[1]}³ cube"
         for nb, colour in [(122, BLUE), (26, ORANGE)]:
             count = operations.right_hand_side(nb)
-            for run, fill in [(best, colour), (one, "none")]:
-                rate = run[body][f"right_hand_side_{nb}"] * count / 1e9
-                label = name if nb == 122 and run is best else None
+            for rate, fill in zip(
+                bodies[body][f"right_hand_side_{nb}"], ["none", colour], strict=True
+            ):
+                label = name if nb == 122 and fill == colour else None
                 place = count / operations.BYTES
-                axes.plot(place, rate, mark, mec=colour, mfc=fill, ls="", label=label)
+                axes.plot(place, rate * count / 1e9, mark, mec=colour, mfc=fill, ls="", label=label)
     for nb in operations.CUTS:
         place = operations.right_hand_side(nb) / operations.BYTES
         axes.annotate(f"{nb} neighbours", (place, 1.3), fontsize=8, ha="center")
@@ -64,10 +65,11 @@ def growth(results: dict) -> None:
     figure, (left, right) = plt.subplots(1, 2, figsize=(8.4, 3.6))
     lines = {122: (BLUE, "o"), 26: (ORANGE, "s")}
     styles = [("--", "none", "1 thread"), ("-", None, f"{results['growth']['threads']} threads")]
-    for runs, (line, fill, threads) in zip(tables.growth_runs(results), styles, strict=True):
+    found = tables.growth_rows(results)
+    for pool, (line, fill, threads) in enumerate(styles):
         for nb, (colour, mark) in lines.items():
-            places = [r["particles"] for r in runs]
-            costs = [1e9 / r[f"rk4_{nb}"] for r in runs]
+            places = [r["particles"] for r in found]
+            costs = [1e9 / r[f"rk4_{nb}"][pool] for r in found]
             label = f"{nb} neighbours, {threads}"
             left.semilogx(places, costs, line + mark, color=colour, mfc=fill or colour, label=label)
     left.set_ylabel("ns a particle and right-hand side")
@@ -97,7 +99,7 @@ def finish(axes: Axes) -> None:
 
 PLOTS = {
     "roofline": (roofline, ["limits", "pieces"]),
-    "growth": (growth, ["growth", "growth-one", "memory"]),
+    "growth": (growth, ["growth", "memory"]),
 }
 
 

@@ -2,7 +2,7 @@
 //! particles along an edge, `-- liver 50000` livers of about so many particles, `-- sums 37` the kernel sums alone and
 //! `-- pairs 37` those over neighbour pairs, in particle updates a second: an update is one right-hand side of one
 //! particle. `-- static 20000` takes livers to rest and `-- frames 5000` moves a load over them, in seconds. The best of
-//! what fits into a second counts: other programs can only make it slower.
+//! what fits into a second counts: other programs can only make it slower. Rates are those of one thread and of all.
 
 mod common;
 
@@ -10,26 +10,43 @@ use common::irregular::Irregular;
 use common::liver::{CYCLE, FRAME, liver, press};
 use common::sums::Sums;
 use common::{NARROW, WIDE, cube, cycle::Cycle, run_step};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use rsph_core::setup::{Scheme, Solver};
 use rsph_core::simulation::Simulation;
 use std::time::{Duration, Instant};
 
-/// Time spent on each figure.
+/// Time spent on each figure with each number of threads.
 const SPEND: Duration = Duration::from_secs(1);
 /// Runs of a figure at least.
 const LEAST_RUNS: u32 = 3;
 
-/// Shortest time of `run`, in seconds.
-fn best(mut run: impl FnMut()) -> f64 {
-    run();
-    let (begin, mut best, mut runs) = (Instant::now(), f64::INFINITY, 0);
-    while runs < LEAST_RUNS || begin.elapsed() < SPEND {
-        let start = Instant::now();
-        run();
-        best = best.min(start.elapsed().as_secs_f64());
-        runs += 1;
+/// Pools of one thread and of all.
+struct Pools([ThreadPool; 2]);
+
+impl Pools {
+    fn new() -> Self {
+        let all = rayon::current_num_threads();
+        Self([1, all].map(|n| ThreadPoolBuilder::new().num_threads(n).build().expect("threads")))
     }
-    best
+
+    /// Shortest times of `run` in seconds, with one thread and with all. They take turns, so that both see the same
+    /// machine.
+    fn best(&self, mut run: impl FnMut() + Send) -> [f64; 2] {
+        run();
+        let (begin, mut best, mut rounds) = (Instant::now(), [f64::INFINITY; 2], 0);
+        while rounds < LEAST_RUNS || begin.elapsed() < 2 * SPEND {
+            for (best, pool) in best.iter_mut().zip(&self.0) {
+                let spent = pool.install(|| {
+                    let start = Instant::now();
+                    run();
+                    start.elapsed()
+                });
+                *best = best.min(spent.as_secs_f64());
+            }
+            rounds += 1;
+        }
+        best
+    }
 }
 
 /// Steps of a run from one look of the watchdog to the next.
@@ -47,16 +64,23 @@ impl Row {
         self.0.push(format!("\"{name}\": {value:.4e}"));
     }
 
+    /// Rates of `count` things with one thread and with all.
+    fn add_rates(&mut self, name: &str, count: f64, [one, all]: [f64; 2]) {
+        self.0.push(format!("\"{name}\": [{:.4e}, {:.4e}]", count / one, count / all));
+    }
+
     /// Right-hand sides and RK4 steps of a body with that many neighbours.
-    fn add_steps(&mut self, neighbours: usize, mut body: Simulation) {
+    fn add_steps(&mut self, pools: &Pools, neighbours: usize, mut body: Simulation) {
         let particles = body.description().particles as f64;
         if self.0.len() == 1 {
             self.add("particles", particles);
         }
-        self.add(&format!("right_hand_side_{neighbours}"), particles / best(|| _ = body.evaluate()));
-        let step = best(|| run_step(&mut body));
-        let look = best(|| body.step().expect("a stable step")) - step;
-        self.add(&format!("rk4_{neighbours}"), 4.0 * particles / (step + look.max(0.0) / LOOKS));
+        let side = pools.best(|| _ = body.evaluate());
+        self.add_rates(&format!("right_hand_side_{neighbours}"), particles, side);
+        let step = pools.best(|| run_step(&mut body));
+        let looked = pools.best(|| body.step().expect("a stable step"));
+        let mean = [0, 1].map(|p| step[p] + (looked[p] - step[p]).max(0.0) / LOOKS);
+        self.add_rates(&format!("rk4_{neighbours}"), 4.0 * particles, mean);
     }
 }
 
@@ -110,28 +134,30 @@ fn add_frames(row: &mut Row, mut body: Simulation) {
     row.add("new_load", best[1]);
 }
 
-fn measure(body: &str, size: usize) -> Row {
+fn measure(pools: &Pools, body: &str, size: usize) -> Row {
     let mut row = Row::new(body, size);
     let count = size.pow(3) as f64;
     match body {
-        "cube" => STENCILS.iter().for_each(|(s, nb)| row.add_steps(*nb, cube(size, *s))),
-        "liver" => STENCILS.iter().for_each(|(s, nb)| row.add_steps(*nb, liver(size, *s, Scheme::Rk4))),
+        "cube" => STENCILS.iter().for_each(|(s, nb)| row.add_steps(pools, *nb, cube(size, *s))),
+        "liver" => {
+            STENCILS.iter().for_each(|(s, nb)| row.add_steps(pools, *nb, liver(size, *s, Scheme::Rk4)))
+        }
         "sums" => {
             for (solver, neighbours) in STENCILS {
                 let mut sums = Sums::new(size, solver.smoothing);
-                row.add(&format!("gradient_{neighbours}"), count / best(|| sums.gradient()));
-                row.add(&format!("adjoint_{neighbours}"), count / best(|| sums.adjoint()));
+                row.add_rates(&format!("gradient_{neighbours}"), count, pools.best(|| sums.gradient()));
+                row.add_rates(&format!("adjoint_{neighbours}"), count, pools.best(|| sums.adjoint()));
             }
             let mut cycle = Cycle::new(size);
-            row.add("v_cycle", count / best(|| cycle.run()));
+            row.add_rates("v_cycle", count, pools.best(|| cycle.run()));
         }
         "static" => add_rest(&mut row, liver(size, NARROW, Scheme::Sdirk2)),
         "frames" => add_frames(&mut row, liver(size, NARROW, Scheme::Sdirk2)),
         "pairs" => {
             let mut pairs = Irregular::new(size);
             row.add("neighbours", pairs.neighbours());
-            row.add("pairs", count / best(|| pairs.update(0.0)));
-            row.add("pairs_hourglass", count / best(|| pairs.update(0.2)));
+            row.add_rates("pairs", count, pools.best(|| pairs.update(0.0)));
+            row.add_rates("pairs_hourglass", count, pools.best(|| pairs.update(0.2)));
         }
         other => panic!("no body `{other}`: cube, liver, sums, pairs, static, frames"),
     }
@@ -139,11 +165,11 @@ fn measure(body: &str, size: usize) -> Row {
 }
 
 fn main() {
-    let (mut body, mut rows) = ("cube".to_string(), Vec::new());
+    let (mut body, mut rows, pools) = ("cube".to_string(), Vec::new(), Pools::new());
     // cargo adds `--bench`.
     for word in std::env::args().skip(1).filter(|a| !a.starts_with('-')) {
         match word.parse() {
-            Ok(size) => rows.push(format!("{{{}}}", measure(&body, size).0.join(", "))),
+            Ok(size) => rows.push(format!("{{{}}}", measure(&pools, &body, size).0.join(", "))),
             Err(_) => body = word,
         }
     }

@@ -26,15 +26,12 @@ def million(rate: float) -> str:
     return f"{rate / MILLION:.3g}" if rate < 1e8 else f"{rate / MILLION:.0f}"
 
 
-def by_body(found: list[dict]) -> list[dict]:
-    """Figures by body and size, with one thread and with all."""
-    measured = []
-    for run in sorted(found, key=lambda r: r["threads"]):
-        bodies: dict[tuple[str, int], dict] = {}
-        for row in run["rows"]:
-            bodies.setdefault((row["body"], row["size"]), {}).update(row)
-        measured.append(bodies)
-    return [measured[0], measured[-1]]
+def by_body(rows: list[dict]) -> dict[tuple[str, int], dict]:
+    """Figures by body and size. Rates are those of one thread and of all."""
+    bodies: dict[tuple[str, int], dict] = {}
+    for row in rows:
+        bodies.setdefault((row["body"], row["size"]), {}).update(row)
+    return bodies
 
 
 def machine(results: dict) -> str:
@@ -49,19 +46,22 @@ def machine(results: dict) -> str:
 
 def pieces(results: dict) -> str:
     """Rates with one thread and with all."""
-    one, best = by_body(results["pieces"]["found"])
-    rows = []
+    lines = []
+    bodies = by_body(results["pieces"]["found"])
     for key, name in NAMES.items():
-        for body in best:
-            label = "50k liver" if body[0] == "liver" else f"{body[1]}³ cube"
-            now, before = best[body][key], one[body][key]
-            rows.append([name, label, million(before), million(now), f"{now / before:.2f}"])
-    one, best = by_body(results["sums"]["found"])
-    for body in [b for b in best if b[0] == "pairs"]:
-        inside = f"{body[1]}³, {best[body]['neighbours']:.0f} on average"
-        for key, name in [("pairs", "pairs"), ("pairs_hourglass", "pairs, hourglass term")]:
-            now, before = best[body][key], one[body][key]
-            rows.append([name, inside, million(before), million(now), f"{now / before:.2f}"])
+        for (body, size), row in bodies.items():
+            lines.append((name, "50k liver" if body == "liver" else f"{size}³ cube", row[key]))
+    for (body, size), row in by_body(results["sums"]["found"]).items():
+        if body == "pairs":
+            inside = f"{size}³, {row['neighbours']:.0f} on average"
+            lines.append(("pairs", inside, row["pairs"]))
+            lines.append(("pairs, hourglass term", inside, row["pairs_hourglass"]))
+        else:
+            lines.append(("V-cycle, 26 neighbours", f"{size}³ cube", row["v_cycle"]))
+    rows = [
+        [name, body, million(one), million(best), f"{best / one:.2f}"]
+        for name, body, (one, best) in lines
+    ]
     threads = results["pieces"]["threads"]
     return table(["M updates/s", "body", "1 thread", f"{threads} threads", "ratio"], rows)
 
@@ -77,7 +77,7 @@ def speed(results: dict) -> str:
 
 def solves(results: dict) -> str:
     """Seconds to rest and milliseconds a frame."""
-    found = [*results["solves"]["found"]["rows"], *results["million"]["found"]["rows"]]
+    found = [*results["solves"]["found"], *results["million"]["found"]]
     still = [r for r in found if r["body"] == "static"]
     head = ["liver to rest, 26 neighbours", *[f"{r['particles']:,.0f}" for r in still]]
     rows = [
@@ -105,7 +105,7 @@ def limits(results: dict) -> str:
     ]
     head = ["limit in double precision", "one thread", f"{lim['threads']} threads"]
     text = table(head, rows) + "\n\n"
-    sums, bodies = by_body(results["sums"]["found"])[1], by_body(results["pieces"]["found"])[1]
+    sums, bodies = by_body(results["sums"]["found"]), by_body(results["pieces"]["found"])
     body = {**sums["sums", 58], **bodies["cube", 58]}
     rows = []
     for nb, cut in operations.CUTS.items():
@@ -122,29 +122,24 @@ def limits(results: dict) -> str:
     return text + table(head, rows)
 
 
+def growth_rows(results: dict) -> list[dict]:
+    """Livers by size."""
+    large = results.get("growth-large", {"found": []})
+    return [*results["growth"]["found"], *large["found"]]
+
+
 def growth(results: dict) -> str:
     """How the cost of a particle grows."""
-    rows, sizes = [], []
-    for threads, runs in enumerate(growth_runs(results)):
-        sizes = [f"{r['particles']:,.0f}" for r in runs]
-        label = ["one thread", f"{results['growth']['threads']} threads"][threads]
+    found = growth_rows(results)
+    rows = []
+    for threads, label in enumerate(["1 thread", f"{results['growth']['threads']} threads"]):
         for nb in (122, 26):
-            costs = [1e9 / r[f"rk4_{nb}"] for r in runs]
-            ratio = f"{max(costs) / min(costs):.2f}"
-            last = f"{costs[-1] / costs[0]:.2f}"
-            rows.append([f"{nb} neighbours, {label}", *[f"{c:.0f}" for c in costs], last, ratio])
+            costs = [1e9 / r[f"rk4_{nb}"][threads] for r in found]
+            ratios = [f"{costs[-1] / costs[0]:.2f}", f"{max(costs) / min(costs):.2f}"]
+            rows.append([f"{nb} neighbours, {label}", *[f"{c:.0f}" for c in costs], *ratios])
+    sizes = [f"{r['particles']:,.0f}" for r in found]
     head = ["ns a particle and right-hand side", *sizes, "last / first", "largest / smallest"]
     return table(head, rows)
-
-
-def growth_runs(results: dict) -> list[list[dict]]:
-    """Livers by size, with one thread and with all."""
-    runs = [[*results[part]["found"]["rows"]] for part in ("growth-one", "growth")]
-    if "growth-large" in results:
-        large = sorted(results["growth-large"]["found"], key=lambda r: r["threads"])
-        for run, more in zip(runs, large, strict=True):
-            run += more["rows"]
-    return runs
 
 
 def memory_rows(results: dict) -> list[dict]:
@@ -203,7 +198,7 @@ TEXTS = {
     "speed": (speed, ["speed"]),
     "solves": (solves, ["solves", "million"]),
     "limits": (limits, ["limits", "sums", "pieces"]),
-    "growth": (growth, ["growth", "growth-one"]),
+    "growth": (growth, ["growth"]),
     "memory": (memory, ["memory"]),
     "instructions": (instructions, ["instructions"]),
     "peers": (peers, ["peers"]),

@@ -119,7 +119,7 @@ def main() -> None:
         say(f"rsph, {edge}^3")
         own = ours(edge, options.threads)
         for name, key in OURS.items():
-            rows.append({"edge": edge, "program": name, "rate": own[key]})
+            rows.append({"edge": edge, "program": name, "rate": own[key][-1]})
         for name, script in PROGRAMS.items():
             say(f"{name}, {edge}^3")
             rows.append({"edge": edge, "program": name, **theirs(script, edge, options.threads)})
