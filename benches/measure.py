@@ -32,6 +32,8 @@ SCENARIOS = ROOT / "scenarios"
 THREADS = os.cpu_count() or 1
 WIDE = ["solver.smoothing=1.25", "solver.hourglass=0.1"]
 NARROW = ["solver.smoothing=0.8", "solver.hourglass=0.4"]
+SIZES = ["10000", "30000", "100000", "300000", "1000000"]
+HUGE_PAGES = {"GLIBC_TUNABLES": "glibc.malloc.hugetlb=1"}
 RK4 = ["time.integrator=rk4", "time.dt=auto"]
 
 
@@ -47,9 +49,9 @@ def output(command: list[str], env: dict | None = None) -> str:
     return done.stdout
 
 
-def rates(*words: str) -> list[dict]:
+def rates(*words: str, env: dict | None = None) -> list[dict]:
     """Rows of the benchmark `rates`."""
-    return json.loads(output([*BENCH, "rates", "--", *words]).splitlines()[-1])["rows"]
+    return json.loads(output([*BENCH, "rates", "--", *words], env).splitlines()[-1])["rows"]
 
 
 def run(scenario: str, *sets: str) -> dict:
@@ -119,7 +121,12 @@ def speed() -> list[dict]:
 
 def growth() -> list[dict]:
     """Steps of livers of 10,000 to a million particles."""
-    return rates("liver", "10000", "30000", "100000", "300000", "1000000")
+    return rates("liver", *SIZES)
+
+
+def growth_huge() -> list[dict]:
+    """The same in memory pages of 2 MB, which the C library asks for if it is told to."""
+    return rates("liver", *SIZES, env={**os.environ, **HUGE_PAGES})
 
 
 def growth_large() -> list[dict]:
@@ -199,6 +206,7 @@ PARTS = [
     million,
     speed,
     growth,
+    growth_huge,
     growth_large,
     memory,
     memory_large,

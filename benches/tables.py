@@ -130,11 +130,20 @@ def growth_rows(results: dict) -> list[dict]:
 
 def growth(results: dict) -> str:
     """How the cost of a particle grows."""
-    found = growth_rows(results)
+    return growth_table(growth_rows(results), results["growth"]["threads"])
+
+
+def growth_huge(results: dict) -> str:
+    """The same in pages of 2 MB."""
+    return growth_table(results["growth-huge"]["found"], results["growth-huge"]["threads"])
+
+
+def growth_table(found: list[dict], threads: int) -> str:
+    """Nanoseconds by size."""
     rows = []
-    for threads, label in enumerate(["1 thread", f"{results['growth']['threads']} threads"]):
+    for pool, label in enumerate(["1 thread", f"{threads} threads"]):
         for nb in (122, 26):
-            costs = [1e9 / r[f"rk4_{nb}"][threads] for r in found]
+            costs = [1e9 / r[f"rk4_{nb}"][pool] for r in found]
             ratios = [f"{costs[-1] / costs[0]:.2f}", f"{max(costs) / min(costs):.2f}"]
             rows.append([f"{nb} neighbours, {label}", *[f"{c:.0f}" for c in costs], *ratios])
     sizes = [f"{r['particles']:,.0f}" for r in found]
@@ -199,6 +208,7 @@ TEXTS = {
     "solves": (solves, ["solves", "million"]),
     "limits": (limits, ["limits", "sums", "pieces"]),
     "growth": (growth, ["growth"]),
+    "growth-huge": (growth_huge, ["growth-huge"]),
     "memory": (memory, ["memory"]),
     "instructions": (instructions, ["instructions"]),
     "peers": (peers, ["peers"]),
