@@ -237,7 +237,6 @@ def main() -> int:
     chosen = parser.parse_args().part
     if not chosen or "build" in chosen:
         build()
-    results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
     failed = 0
     for name in [n for n in parts if n in chosen or not chosen]:
         print(f"{name}: {parts[name].__doc__}", file=sys.stderr, flush=True)
@@ -249,6 +248,8 @@ def main() -> int:
             failed = 1
             continue
         seconds = time.monotonic() - start
+        # Read now and written at once: others may measure too, and the next part may fail.
+        results = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
         results[name] = {
             "date": datetime.date.today().isoformat(),
             "processor": processor(),
@@ -257,7 +258,6 @@ def main() -> int:
             "seconds": round(seconds),
             "found": found,
         }
-        # At once: the next part may fail, or somebody may stop it.
         RESULTS.write_text(json.dumps(results, indent=1) + "\n")
         print(f"{name}: {seconds:.0f} s", file=sys.stderr)
     return failed

@@ -47,14 +47,15 @@ def roofline(results: dict) -> None:
                 label = name if nb == 122 and fill == colour else None
                 place = count / operations.BYTES
                 axes.plot(place, rate * count / 1e9, mark, mec=colour, mfc=fill, ls="", label=label)
-    for nb in operations.CUTS:
+    for nb, side in [(122, "left"), (26, "right")]:
         place = operations.right_hand_side(nb) / operations.BYTES
-        axes.annotate(f"{nb} neighbours", (place, 1.3), fontsize=8, ha="center")
-    axes.set_ylim(bottom=1)
+        axes.annotate(f"{nb} neighbours", (place, 2.4), fontsize=8, ha=side)
+    axes.set_xlim(0.1, 20)
+    axes.set_ylim(2, 200)
     axes.set_xlabel("operations per byte from and to memory")
     axes.set_ylabel("10⁹ operations / s")
     axes.set_title("Right-hand sides under the roof (open marks: one thread)", fontsize=10)
-    axes.legend(fontsize=7, loc="upper left")
+    axes.legend(fontsize=7, loc="lower right")
     axes.grid(alpha=0.3, which="both")
     figure.tight_layout()
     figure.savefig(IMAGES / "roofline.png", **SIZE)
