@@ -81,13 +81,17 @@ impl Stencil for Any {
     }
 
     #[inline(always)]
-    fn for_each_distance(self, visit: impl FnMut(usize)) {
-        (0..=self.reach()).for_each(visit);
+    fn for_each_distance(self, mut visit: impl FnMut(usize)) {
+        for d in 0..=self.reach() {
+            visit(d);
+        }
     }
 
     #[inline(always)]
-    fn for_each_offset(self, visit: impl FnMut(isize)) {
+    fn for_each_offset(self, mut visit: impl FnMut(isize)) {
         let reach = self.reach() as isize;
-        (-reach..=reach).for_each(visit);
+        for d in -reach..=reach {
+            visit(d);
+        }
     }
 }
