@@ -104,6 +104,27 @@ fn few_iterations_for_any_size_smoothing_and_material() {
     assert!(iterations(&mut held.elastic, (0.0, 1.0), &load).0 <= 20);
 }
 
+/// The lattice starts anywhere with respect to a clamp: blocks of two cells must not be half clamped.
+#[test]
+fn iterations_do_not_depend_on_where_a_clamp_crosses_the_lattice() {
+    let (n, dx) = (18, 1.0 / 18.0);
+    let iterations: Vec<usize> = (2..8)
+        .map(|cells| {
+            let at = f64::from(cells) * dx;
+            let clamp = MirrorPlane { at, ..clamp() };
+            let ball = |x: &Vec3| {
+                let depth = 0.47 - (x - Vec3::repeat(0.5)).norm();
+                if x.z > at { (depth / dx + 0.5).clamp(0.0, 1.0) } else { 0.0 }
+            };
+            let mut body =
+                body([n; 3], dx, 0.8, 0.4, 0.3, vec![clamp], |x| if ball(x) < 0.1 { 0.0 } else { ball(x) });
+            let load = smooth_load(&body);
+            iterations(&mut body.elastic, (0.0, 1.0), &load).0
+        })
+        .collect();
+    assert!(iterations.iter().all(|i| *i <= 12), "{iterations:?}");
+}
+
 #[test]
 fn bits_do_not_depend_on_the_number_of_threads() {
     let on = |threads: usize| {

@@ -226,8 +226,7 @@ fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
                     masses[i] += w * elastic.mass[a] * (1.0 - h);
                 }
             });
-            let place = transfer.nodes.coordinates[node];
-            let x = elastic.lattice.origin + Vec3::from_fn(|i, _| f64::from(place[i]) * edge);
+            let x = transfer.position(elastic, node);
             let beyond = |i: usize| {
                 let planes = elastic.mirror.planes().iter().zip(&inward);
                 planes.into_iter().any(|(p, s)| p.fix[i] && (x[p.axis] - p.at) * s < 0.25 * edge)

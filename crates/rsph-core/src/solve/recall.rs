@@ -7,9 +7,7 @@ use nalgebra::{SMatrix, SVector, SymmetricEigen};
 use rayon::prelude::*;
 
 /// Systems that are remembered: more save no iteration and cost their inner products.
-const WINDOW: usize = 6;
-/// Fewest chunks of a task.
-const CHUNKS_A_TASK: usize = 1;
+pub const WINDOW: usize = 6;
 /// Combinations of solutions whose energy is a smaller share than this are rounding.
 const ROUNDING: f64 = 1e-11;
 
@@ -51,10 +49,12 @@ impl Recall {
         &self.known
     }
 
-    /// Goes on from what [`Recall::known`] gave.
+    /// Goes on from what [`Recall::known`] gave, [`WINDOW`] at most.
     pub fn restore(&mut self, known: Vec<Known>) {
         self.forget();
-        known.into_iter().for_each(|known| self.push(known));
+        for known in known {
+            self.push(known);
+        }
     }
 
     /// Forgets everything: the matrix is another one.
@@ -70,11 +70,8 @@ impl Recall {
         let Self { known, energies, rest, .. } = self;
         let share = combination(energies, &shares);
         let n = CHUNK;
-        (x.par_chunks_mut(n), rest.par_chunks_mut(n), b.par_chunks(n))
-            .into_par_iter()
-            .with_min_len(CHUNKS_A_TASK)
-            .enumerate()
-            .for_each(|(k, (x, rest, b))| {
+        (x.par_chunks_mut(n), rest.par_chunks_mut(n), b.par_chunks(n)).into_par_iter().enumerate().for_each(
+            |(k, (x, rest, b))| {
                 let part = k * n..k * n + x.len();
                 x.fill(0.0);
                 rest.copy_from_slice(b);
@@ -85,7 +82,8 @@ impl Recall {
                         *rest -= share * product;
                     }
                 }
-            });
+            },
+        );
     }
 
     /// b - A x where the last system started.
@@ -110,7 +108,6 @@ impl Recall {
         (solution.par_chunks_mut(n), product.par_chunks_mut(n), x.par_chunks(n), b.par_chunks(n))
             .into_par_iter()
             .zip(gradients.residual().par_chunks(n))
-            .with_min_len(CHUNKS_A_TASK)
             .for_each(|((solution, product, x, b), r)| {
                 solution.copy_from_slice(x);
                 for ((product, b), r) in product.iter_mut().zip(b).zip(r) {
@@ -136,16 +133,14 @@ impl Recall {
     /// x_i . `field` of all that are known.
     fn products_with(&mut self, field: &[f64]) -> Shares {
         let (known, partial) = (&self.known, &mut self.partial);
-        (&mut *partial, field.par_chunks(CHUNK))
-            .into_par_iter()
-            .with_min_len(CHUNKS_A_TASK)
-            .enumerate()
-            .for_each(|(k, (sums, field))| {
+        (&mut *partial, field.par_chunks(CHUNK)).into_par_iter().enumerate().for_each(
+            |(k, (sums, field))| {
                 let part = k * CHUNK..k * CHUNK + field.len();
                 for (sum, [solution, _]) in sums.iter_mut().zip(known) {
                     *sum = plain_dot(&solution[part.clone()], field);
                 }
-            });
+            },
+        );
         let mut sum = Shares::zeros();
         for part in partial {
             for i in 0..known.len() {
@@ -223,5 +218,34 @@ mod tests {
         let mut product = vec![0.0; 50];
         Line.apply(&x, &mut product);
         assert!(product.iter().zip(&b).all(|(p, b)| (p - b).abs() < 1e-11));
+    }
+
+    #[test]
+    fn the_last_systems_are_remembered_and_older_ones_forgotten() {
+        let (mut gradients, mut recall) = (ConjugateGradients::new(50), Recall::new(50));
+        let goal = Goal { residual: 1e-13, iterations: 100 };
+        let mut values = vec![0.0; 50 * (WINDOW + 3)];
+        noise(&mut values);
+        for b in values.chunks(50) {
+            let mut x = vec![0.0; 50];
+            gradients.solve(&mut Line, &mut Nothing, b, &mut x, goal, &mut |_, _| true);
+            recall.keep(&x, b, &gradients);
+        }
+        assert_eq!(recall.known().len(), WINDOW);
+        let mut rest_of = |b: &[f64]| {
+            recall.start(b, &mut [0.0; 50]);
+            gradients.sums().norm(recall.rest())
+        };
+        let rests: Vec<f64> = values.chunks(50).map(&mut rest_of).collect();
+        assert!(rests[..3].iter().all(|r| *r > 0.1) && rests[3..].iter().all(|r| *r < 1e-10), "{rests:?}");
+        // Twice the same system: one direction is nothing but rounding.
+        let b = values[..50].to_vec();
+        for _ in 0..2 {
+            let mut x = vec![0.0; 50];
+            gradients.solve(&mut Line, &mut Nothing, &b, &mut x, goal, &mut |_, _| true);
+            recall.keep(&x, &b, &gradients);
+        }
+        recall.start(&b, &mut [0.0; 50]);
+        assert!(gradients.sums().norm(recall.rest()) < 1e-10);
     }
 }

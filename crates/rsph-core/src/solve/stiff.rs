@@ -4,7 +4,7 @@
 use super::cg::{ConjugateGradients, Goal, Outcome};
 use super::multigrid::Multigrid;
 use super::operator::{Operator, Shifted};
-use super::recall::Recall;
+use super::recall::{Recall, WINDOW};
 use super::sums::combine;
 use crate::dynamics::elastic::Elastic;
 use crate::error::InvalidInput;
@@ -127,15 +127,16 @@ impl Stateful for StiffSolver {
     fn restore(&mut self, state: &State) -> Result<(), InvalidInput> {
         let [mass, stiffness] = state.numbers("solver/scales")?;
         let (values, len) = (state.real(KNOWN)?, self.step.len());
-        if !values.len().is_multiple_of(2 * len.max(1)) {
-            return Err(damaged(KNOWN, &format!("must hold pairs of {len} values")));
+        let pair = 2 * len.max(1);
+        if !values.len().is_multiple_of(pair) || values.len() > WINDOW * pair {
+            return Err(damaged(KNOWN, &format!("must hold pairs of {len} values, {WINDOW} at most")));
         }
         if self.scales != (mass, stiffness) {
             self.multigrid.set_scales(mass, stiffness);
             self.scales = (mass, stiffness);
         }
-        let pair = |pair: &[f64]| [pair[..len].to_vec(), pair[len..].to_vec()];
-        self.recall.restore(values.chunks(2 * len.max(1)).map(pair).collect());
+        let split = |pair: &[f64]| [pair[..len].to_vec(), pair[len..].to_vec()];
+        self.recall.restore(values.chunks(pair).map(split).collect());
         Ok(())
     }
 }

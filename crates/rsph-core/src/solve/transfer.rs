@@ -5,6 +5,7 @@ use super::hexahedra::corner;
 use super::nodes::{NO_NODE, NodeMap};
 use crate::dynamics::elastic::Elastic;
 use crate::lattice::NO_PARTICLE;
+use crate::tensor::Vec3;
 use rayon::prelude::*;
 
 /// Cells along the edge of a block.
@@ -16,6 +17,8 @@ const PARTICLES_A_TASK: usize = 1024;
 /// The blocks of a body and what they connect.
 #[derive(Clone, Debug)]
 pub struct Transfer {
+    /// Cells before the first that the first block has along each axis.
+    shift: [usize; 3],
     /// The nodes: corners of blocks that hold a particle.
     pub nodes: NodeMap,
     /// The eight nodes of every block, x fastest.
@@ -35,7 +38,12 @@ impl Transfer {
     /// The blocks of `elastic`'s lattice.
     pub fn new(elastic: &Elastic) -> Self {
         let lattice = &elastic.lattice;
-        let cells: Vec<[usize; 3]> = (0..lattice.len()).map(|a| lattice.coordinates(a)).collect();
+        let shift = shift(elastic);
+        let shifted = |a| {
+            let cell = lattice.coordinates(a);
+            std::array::from_fn(|i| cell[i] + shift[i])
+        };
+        let cells: Vec<[usize; 3]> = (0..lattice.len()).map(shifted).collect();
         let block_place = |c: &[usize; 3]| c.map(|x| (x / BLOCK) as i32);
         let blocks = NodeMap::new(cells.iter().map(block_place));
         let mut particles_of = vec![[NO_PARTICLE; 8]; blocks.coordinates.len()];
@@ -70,7 +78,14 @@ impl Transfer {
             })
         });
         let of_block = vec![[0.0; 24]; particles_of.len() + 1];
-        Self { nodes, nodes_of, particles_of, blocks_of, block_and_place, weights, of_block }
+        Self { shift, nodes, nodes_of, particles_of, blocks_of, block_and_place, weights, of_block }
+    }
+
+    /// Where a node is in the undeformed body of `elastic`.
+    pub fn position(&self, elastic: &Elastic, node: usize) -> Vec3 {
+        let (lattice, place) = (&elastic.lattice, self.nodes.coordinates[node]);
+        let cells = Vec3::from_fn(|i, _| f64::from(place[i]) * BLOCK as f64 - self.shift[i] as f64);
+        lattice.origin + cells * lattice.spacing
     }
 
     /// Visits (particle, weight) of the particles around a node, always in the same order.
@@ -143,6 +158,17 @@ impl Transfer {
             },
         );
     }
+}
+
+/// By how many cells blocks have to start before the lattice for the clamped planes to run between them: a block
+/// of which one half is clamped would be too soft, and twice as many iterations the price.
+fn shift(elastic: &Elastic) -> [usize; 3] {
+    let (lattice, planes) = (&elastic.lattice, elastic.mirror.planes());
+    std::array::from_fn(|axis| {
+        let clamp = planes.iter().find(|p| p.axis == axis && p.fix[axis]);
+        let cells = clamp.map_or(0.0, |p| ((p.at - lattice.origin[axis]) / lattice.spacing).round());
+        (cells as i64).rem_euclid(BLOCK as i64) as usize
+    })
 }
 
 /// Trilinear interpolation between the eight corners of a block and the middles of its eight cells, which
