@@ -144,9 +144,15 @@ fn measure(pools: &Pools, body: &str, size: usize) -> Row {
     let mut row = Row::new(body, size);
     let count = size.pow(3) as f64;
     match body {
-        "cube" => STENCILS.iter().for_each(|(s, nb)| row.add_steps(pools, *nb, cube(size, *s))),
+        "cube" => {
+            for (solver, neighbours) in STENCILS {
+                row.add_steps(pools, neighbours, cube(size, solver));
+            }
+        }
         "liver" => {
-            STENCILS.iter().for_each(|(s, nb)| row.add_steps(pools, *nb, liver(size, *s, Scheme::Rk4)))
+            for (solver, neighbours) in STENCILS {
+                row.add_steps(pools, neighbours, liver(size, solver, Scheme::Rk4));
+            }
         }
         "sums" => {
             for (solver, neighbours) in STENCILS {

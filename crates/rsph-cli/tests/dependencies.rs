@@ -38,7 +38,9 @@ fn packages() -> Vec<Value> {
 
 /// Whether an expression such as `(MIT OR Zlib) AND ISC` is met by licences of the list.
 fn is_met(expression: &str, allowed: &[&str]) -> bool {
-    let spaced = expression.replace('(', " ( ").replace(')', " ) ").replace('/', " OR ");
+    // As packages write it, and as cargo-deny understands it.
+    let spaced =
+        expression.replace('(', " ( ").replace(')', " ) ").replace('/', " OR ").replace(" or ", " OR ");
     let words: Vec<&str> = spaced.split_whitespace().collect();
     let mut at = 0;
     let met = any_of(&words, &mut at, allowed);
