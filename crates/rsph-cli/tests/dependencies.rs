@@ -85,7 +85,7 @@ fn one(words: &[&str], at: &mut usize, allowed: &[&str]) -> bool {
 #[test]
 fn expressions_are_understood() {
     let allowed = ["MIT", "ISC", "Apache-2.0 WITH LLVM-exception"];
-    for good in ["MIT", "GPL-3.0 OR MIT", "GPL-3.0/MIT", "(MIT OR Zlib) AND ISC"] {
+    for good in ["MIT", "GPL-3.0 OR MIT", "GPL-3.0/MIT", "GPL-3.0 or MIT", "(MIT OR Zlib) AND ISC"] {
         assert!(is_met(good, &allowed), "{good}");
     }
     for bad in
