@@ -1,35 +1,62 @@
-//! Particle updates a second as JSON, for scripts. `cargo bench -p rsph-core --bench rates -- cube 20 37 58`
-//! measures cubes of so many particles along an edge, `-- liver 50000` livers of about so many particles, and
-//! `-- sums 37` the kernel sums alone. An update is one right-hand side of one particle. The best of what fits
-//! into a second counts: other programs can only make it slower.
+//! Speed as JSON, for scripts. `cargo bench -p rsph-core --bench rates -- cube 20 37 58` measures cubes of so many
+//! particles along an edge, `-- liver 50000` livers of about so many particles, `-- sums 37` the kernel sums alone and
+//! `-- pairs 37` those over neighbour pairs, in particle updates a second: an update is one right-hand side of one
+//! particle. `-- static 20000` takes livers to rest and `-- frames 5000` moves a load over them, in seconds. The best of
+//! what fits into a second counts: other programs can only make it slower. Rates are those of one thread and of all.
 
 mod common;
 
 use common::irregular::Irregular;
-use common::liver::liver;
+use common::liver::{CYCLE, FRAME, liver, press};
 use common::sums::Sums;
-use common::{cube, cycle::Cycle};
+use common::{NARROW, WIDE, cube, cycle::Cycle, run_step};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use rsph_core::setup::{Scheme, Solver};
 use rsph_core::simulation::Simulation;
 use std::time::{Duration, Instant};
 
-/// Time spent on each figure.
+/// Time spent on each figure with each number of threads.
 const SPEND: Duration = Duration::from_secs(1);
-/// Runs of a figure at least.
+/// A turn of one number of threads.
+const TURN: Duration = Duration::from_millis(200);
+/// Turns of a figure at least, or runs.
 const LEAST_RUNS: u32 = 3;
 
-/// Shortest time of `run`, in seconds.
-fn best(mut run: impl FnMut()) -> f64 {
-    run();
-    let (begin, mut best, mut runs) = (Instant::now(), f64::INFINITY, 0);
-    while runs < LEAST_RUNS || begin.elapsed() < SPEND {
-        let start = Instant::now();
-        run();
-        best = best.min(start.elapsed().as_secs_f64());
-        runs += 1;
+/// Pools of one thread and of all.
+struct Pools([ThreadPool; 2]);
+
+impl Pools {
+    fn new() -> Self {
+        let all = rayon::current_num_threads();
+        Self([1, all].map(|n| ThreadPoolBuilder::new().num_threads(n).build().expect("threads")))
     }
-    best
+
+    /// Shortest times of `run` in seconds, with one thread and with all. They take turns, so that both see the same
+    /// machine, but not after every run: each finds in its caches what the other left there.
+    fn best(&self, mut run: impl FnMut() + Send) -> [f64; 2] {
+        run();
+        let (begin, mut best, mut rounds) = (Instant::now(), [f64::INFINITY; 2], 0);
+        while rounds < LEAST_RUNS || begin.elapsed() < 2 * SPEND {
+            for (best, pool) in best.iter_mut().zip(&self.0) {
+                pool.install(|| {
+                    let mut left = TURN.as_secs_f64();
+                    while left > 0.0 {
+                        let start = Instant::now();
+                        run();
+                        let spent = start.elapsed().as_secs_f64();
+                        *best = best.min(spent);
+                        left -= spent;
+                    }
+                });
+            }
+            rounds += 1;
+        }
+        best
+    }
 }
+
+/// Steps of a run from one look of the watchdog to the next.
+const LOOKS: f64 = 20.0;
 
 /// The figures of one body.
 struct Row(Vec<String>);
@@ -43,54 +70,118 @@ impl Row {
         self.0.push(format!("\"{name}\": {value:.4e}"));
     }
 
+    /// Rates of `count` things with one thread and with all.
+    fn add_rates(&mut self, name: &str, count: f64, [one, all]: [f64; 2]) {
+        self.0.push(format!("\"{name}\": [{:.4e}, {:.4e}]", count / one, count / all));
+    }
+
     /// Right-hand sides and RK4 steps of a body with that many neighbours.
-    fn add_steps(&mut self, neighbours: usize, mut body: Simulation) {
+    fn add_steps(&mut self, pools: &Pools, neighbours: usize, mut body: Simulation) {
         let particles = body.description().particles as f64;
         if self.0.len() == 1 {
             self.add("particles", particles);
         }
-        self.add(&format!("right_hand_side_{neighbours}"), particles / best(|| _ = body.evaluate()));
-        let step = best(|| body.step().expect("a stable step"));
-        self.add(&format!("rk4_{neighbours}"), 4.0 * particles / step);
+        let side = pools.best(|| _ = body.evaluate());
+        self.add_rates(&format!("right_hand_side_{neighbours}"), particles, side);
+        let step = pools.best(|| run_step(&mut body));
+        let looked = pools.best(|| body.step().expect("a stable step"));
+        let mean = [0, 1].map(|p| step[p] + (looked[p] - step[p]).max(0.0) / LOOKS);
+        self.add_rates(&format!("rk4_{neighbours}"), 4.0 * particles, mean);
     }
 }
 
 /// Smoothing lengths with their numbers of neighbours.
-const STENCILS: [(Solver, usize); 2] =
-    [(Solver { smoothing: 1.25, hourglass: 0.1, ..Solver::ACCURATE }, 122), (Solver::ACCURATE, 26)];
+const STENCILS: [(Solver, usize); 2] = [(WIDE, 122), (NARROW, 26)];
 
-fn measure(body: &str, size: usize) -> Row {
+/// Seconds to rest, from rest under the opposite load: the set-up of the solver, and its iterations.
+fn add_rest(row: &mut Row, mut body: Simulation) {
+    row.add("particles", body.description().particles as f64);
+    let (begin, mut pressure, mut runs, mut iterations) = (Instant::now(), 270.0, 0, 0);
+    let (mut set_up, mut solve) = (f64::INFINITY, f64::INFINITY);
+    while runs < LEAST_RUNS || begin.elapsed() < SPEND {
+        pressure = -pressure;
+        body.set_loads(vec![press(0, pressure)]).expect("a load on the surface");
+        let (start, mut ready) = (Instant::now(), None);
+        let watch = &mut |_, _| {
+            ready.get_or_insert_with(Instant::now);
+            true
+        };
+        iterations = body.solve_static(1.0, watch).expect("equilibrium").iterations;
+        let end = Instant::now();
+        let ready = ready.expect("at least one iteration");
+        set_up = set_up.min((ready - start).as_secs_f64());
+        solve = solve.min((end - ready).as_secs_f64());
+        runs += 1;
+    }
+    row.add("iterations", iterations as f64);
+    row.add("set_up", set_up);
+    row.add("solve", solve);
+}
+
+/// Seconds a frame with SDIRK2 while the load goes to and fro, and of that for the new load.
+fn add_frames(row: &mut Row, mut body: Simulation) {
+    row.add("particles", body.description().particles as f64);
+    let (mut frame, mut best) = (0, [f64::INFINITY; 2]);
+    for _ in 0..LEAST_RUNS {
+        let mut spent = [Duration::ZERO; 2];
+        for _ in 0..CYCLE {
+            frame += 1;
+            let start = Instant::now();
+            body.set_loads(vec![press(frame, 270.0)]).expect("a load on the surface");
+            spent[1] += start.elapsed();
+            body.advance_to(f64::from(frame) * FRAME, &mut |_| true).expect("a frame");
+            spent[0] += start.elapsed();
+        }
+        for (best, spent) in best.iter_mut().zip(spent) {
+            *best = best.min(spent.as_secs_f64() / f64::from(CYCLE));
+        }
+    }
+    row.add("frame", best[0]);
+    row.add("new_load", best[1]);
+}
+
+fn measure(pools: &Pools, body: &str, size: usize) -> Row {
     let mut row = Row::new(body, size);
     let count = size.pow(3) as f64;
     match body {
-        "cube" => STENCILS.iter().for_each(|(s, nb)| row.add_steps(*nb, cube(size, s.smoothing))),
-        "liver" => STENCILS.iter().for_each(|(s, nb)| row.add_steps(*nb, liver(size, *s, Scheme::Rk4))),
+        "cube" => {
+            for (solver, neighbours) in STENCILS {
+                row.add_steps(pools, neighbours, cube(size, solver));
+            }
+        }
+        "liver" => {
+            for (solver, neighbours) in STENCILS {
+                row.add_steps(pools, neighbours, liver(size, solver, Scheme::Rk4));
+            }
+        }
         "sums" => {
             for (solver, neighbours) in STENCILS {
                 let mut sums = Sums::new(size, solver.smoothing);
-                row.add(&format!("gradient_{neighbours}"), count / best(|| sums.gradient()));
-                row.add(&format!("adjoint_{neighbours}"), count / best(|| sums.adjoint()));
+                row.add_rates(&format!("gradient_{neighbours}"), count, pools.best(|| sums.gradient()));
+                row.add_rates(&format!("adjoint_{neighbours}"), count, pools.best(|| sums.adjoint()));
             }
             let mut cycle = Cycle::new(size);
-            row.add("v_cycle", count / best(|| cycle.run()));
+            row.add_rates("v_cycle", count, pools.best(|| cycle.run()));
         }
+        "static" => add_rest(&mut row, liver(size, NARROW, Scheme::Sdirk2)),
+        "frames" => add_frames(&mut row, liver(size, NARROW, Scheme::Sdirk2)),
         "pairs" => {
             let mut pairs = Irregular::new(size);
             row.add("neighbours", pairs.neighbours());
-            row.add("pairs", count / best(|| pairs.update(0.0)));
-            row.add("pairs_hourglass", count / best(|| pairs.update(0.2)));
+            row.add_rates("pairs", count, pools.best(|| pairs.update(0.0)));
+            row.add_rates("pairs_hourglass", count, pools.best(|| pairs.update(0.2)));
         }
-        other => panic!("no body `{other}`: cube, liver, sums, pairs"),
+        other => panic!("no body `{other}`: cube, liver, sums, pairs, static, frames"),
     }
     row
 }
 
 fn main() {
-    let (mut body, mut rows) = ("cube".to_string(), Vec::new());
+    let (mut body, mut rows, pools) = ("cube".to_string(), Vec::new(), Pools::new());
     // cargo adds `--bench`.
     for word in std::env::args().skip(1).filter(|a| !a.starts_with('-')) {
         match word.parse() {
-            Ok(size) => rows.push(format!("{{{}}}", measure(&body, size).0.join(", "))),
+            Ok(size) => rows.push(format!("{{{}}}", measure(&pools, &body, size).0.join(", "))),
             Err(_) => body = word,
         }
     }

@@ -7,25 +7,19 @@
 
 mod common;
 
-use common::cube;
 use common::cycle::Cycle;
 use common::irregular::Irregular;
 use common::liver::{FRAME, liver, press};
+use common::remeshing::Remeshing;
 use common::sums::Sums;
+use common::{NARROW, WIDE, cube, run_step};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
-use rsph_core::kernel::RemeshKernel;
-use rsph_core::particles::{Column, Field, Particles};
-use rsph_core::remesh::{NewVolume, NodeLattice, Remesher};
 use rsph_core::sample::{Resolution, sample};
 use rsph_core::setup::{Scheme, Solver};
 use rsph_core::shape::organ;
 use rsph_core::simulation::Simulation;
-use rsph_core::tensor::Vec3;
 use std::time::{Duration, Instant};
-
-/// Smoothing lengths in spacings: 122 neighbours and 26.
-const SMOOTHINGS: [f64; 2] = [1.25, 0.8];
 
 /// A group of short measurements.
 fn group<'a>(c: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, WallTime> {
@@ -37,7 +31,7 @@ fn group<'a>(c: &'a mut Criterion, name: &str) -> BenchmarkGroup<'a, WallTime> {
 
 fn sums(c: &mut Criterion) {
     let mut group = group(c, "sums");
-    for smoothing in SMOOTHINGS {
+    for Solver { smoothing, .. } in [WIDE, NARROW] {
         for n in [20, 37, 58_usize] {
             let mut sums = Sums::new(n, smoothing);
             group.throughput(Throughput::Elements(n.pow(3) as u64));
@@ -49,12 +43,10 @@ fn sums(c: &mut Criterion) {
 }
 
 fn steps(c: &mut Criterion) {
-    for smoothing in SMOOTHINGS {
+    for solver in [WIDE, NARROW] {
         for n in [20, 37, 58] {
-            measure_steps(c, &format!("cube {n}, h {smoothing}"), cube(n, smoothing));
+            measure_steps(c, &format!("cube {n}, h {}", solver.smoothing), cube(n, solver));
         }
-    }
-    for solver in [Solver::default(), Solver::ACCURATE] {
         let name = format!("liver 50k, h {}", solver.smoothing);
         measure_steps(c, &name, liver(50_000, solver, Scheme::Rk4));
     }
@@ -68,34 +60,16 @@ fn measure_steps(c: &mut Criterion, name: &str, mut simulation: Simulation) {
     group.bench_function(format!("right-hand side, {name}"), |b| b.iter(|| simulation.evaluate()));
     group.throughput(Throughput::Elements(4 * particles));
     group.bench_function(format!("RK4 step, {name}"), |b| {
-        b.iter(|| simulation.step().expect("a stable step"));
+        b.iter(|| run_step(&mut simulation));
     });
 }
 
-/// 47^3 particles off their nodes with eight columns: three vectors of which one is the place, and two scalars.
 fn remeshing(c: &mut Criterion) {
     let n = 47_usize;
-    let spacing = 1.0 / n as f64;
-    let lattice = NodeLattice::<3> { origin: Vec3::zeros(), spacing };
-    let count = n.pow(3);
-    let positions: Vec<Vec3> = (0..count)
-        .map(|a| lattice.position([a % n, a / n % n, a / n / n].map(|i| i as i64)))
-        .map(|x| x + 0.3 * spacing * Vec3::new((9.0 * x.y).sin(), (7.0 * x.z).sin(), (8.0 * x.x).sin()))
-        .collect();
-    let mut particles = Particles::new(count);
-    let scalar = |value: f64| Column::from_vec(vec![value; count], count);
-    particles.set(Field::Reference, Column::from_vectors(&positions));
-    particles.set(Field::Velocity, Column::from_vectors(&positions));
-    particles.set(Field::Mass, scalar(lattice.cell_volume()));
-    particles.set(Field::Volume, scalar(lattice.cell_volume()));
-    let fields = [Field::Reference, Field::Velocity, Field::Mass];
-    let remesher = Remesher { kernel: RemeshKernel::M4Prime, lattice, volume: NewVolume::Conserved };
-    let keep = |_: &Vec3, values: &[f64]| values[6] > 0.5 * lattice.cell_volume();
+    let mut remeshing = Remeshing::new(n);
     let mut group = group(c, "set-up");
-    group.throughput(Throughput::Elements(count as u64));
-    group.bench_function("remesh, cube 47, 8 columns", |b| {
-        b.iter(|| remesher.remesh(&particles, &positions, &fields, &keep).expect("a lattice"));
-    });
+    group.throughput(Throughput::Elements(n.pow(3) as u64));
+    group.bench_function(format!("remesh, cube {n}, 8 columns"), |b| b.iter(|| remeshing.run()));
 }
 
 fn sampling(c: &mut Criterion) {
@@ -137,7 +111,7 @@ fn statics(c: &mut Criterion) {
         let (mut body, mut pressure) = (None, 270.0);
         group.throughput(Throughput::Elements(particles as u64));
         group.bench_function(format!("solve, liver {}k", particles / 1000), |b| {
-            let body = body.get_or_insert_with(|| liver(particles, Solver::ACCURATE, Scheme::Sdirk2));
+            let body = body.get_or_insert_with(|| liver(particles, NARROW, Scheme::Sdirk2));
             b.iter_custom(|count| {
                 let mut spent = Duration::ZERO;
                 for _ in 0..count {
@@ -166,7 +140,7 @@ fn frames(c: &mut Criterion) {
     for particles in [5_000, 20_000, 40_000] {
         let (mut body, mut frame) = (None, 0);
         group.bench_function(format!("touched liver {}k", particles / 1000), |b| {
-            let body = body.get_or_insert_with(|| liver(particles, Solver::ACCURATE, Scheme::Sdirk2));
+            let body = body.get_or_insert_with(|| liver(particles, NARROW, Scheme::Sdirk2));
             b.iter_custom(|count| {
                 let start = Instant::now();
                 for _ in 0..count {

@@ -15,6 +15,9 @@ use std::sync::Arc;
 /// Length of a frame of a moving load (s).
 pub const FRAME: f64 = 1.0 / 30.0;
 
+/// Frames after which the load is where it was.
+pub const CYCLE: u32 = 60;
+
 /// A liver of about that many particles.
 pub fn liver(particles: usize, solver: Solver, scheme: Scheme) -> Simulation {
     let time_step = if scheme == Scheme::Sdirk2 { TimeStep::Fixed(FRAME) } else { TimeStep::Auto };
@@ -40,7 +43,7 @@ pub fn liver(particles: usize, solver: Solver, scheme: Scheme) -> Simulation {
 
 /// The load of a frame: a finger with that pressure (Pa) that goes to and fro along the top.
 pub fn press(frame: u32, pressure: f64) -> Load {
-    let along = f64::from(30 - (frame % 60).abs_diff(30) as i32);
+    let along = f64::from(30 - (frame % CYCLE).abs_diff(30) as i32);
     Load {
         kind: LoadKind::Patch {
             pressure,

@@ -4,6 +4,7 @@
 pub mod cycle;
 pub mod irregular;
 pub mod liver;
+pub mod remeshing;
 pub mod sums;
 
 use rsph_core::material::KelvinVoigt;
@@ -18,8 +19,12 @@ use rsph_core::simulation::Simulation;
 use rsph_core::tensor::Vec3;
 use std::sync::Arc;
 
+/// Smoothing with 122 neighbours, and the one with 26 that scenarios have by themselves.
+pub const WIDE: Solver = Solver { smoothing: 1.25, hourglass: 0.1, ..Solver::ACCURATE };
+pub const NARROW: Solver = Solver::ACCURATE;
+
 /// The tensile cube of section 5.2 with n^3 particles: clamped below, pulled above, RK4.
-pub fn cube(n: usize, smoothing: f64) -> Simulation {
+pub fn cube(n: usize, solver: Solver) -> Simulation {
     let face = |at, side| Region::Plane { axis: Axis::Z, at, side };
     Simulation::new(Setup {
         units: Units::Normalised,
@@ -34,11 +39,17 @@ pub fn cube(n: usize, smoothing: f64) -> Simulation {
         }],
         mechanics: Mechanics::Solid,
         remesh: Remesh::default(),
-        solver: Solver { smoothing, ..Solver::default() },
+        solver,
         time_step: TimeStep::Auto,
         integration: Integration { scheme: Scheme::Rk4, ..Integration::default() },
         allow_unstable: false,
         probes: Vec::new(),
     })
     .expect("a cube")
+}
+
+/// One step as a run takes it. `Simulation::step` has the watchdog look at every step, a run only at each twentieth.
+pub fn run_step(body: &mut Simulation) {
+    // Far away; it stops after the first step.
+    body.advance_to(1e6, &mut |_| false).expect("a stable step");
 }

@@ -47,7 +47,7 @@ def neighbours():
     return starts, b, weight
 
 
-def report(program, update):
+def report(version, update):
     """Prints the best rate of `update` as JSON, after a first call that compiles."""
     update()
     best, begin, runs = float("inf"), time.perf_counter(), 0
@@ -56,4 +56,4 @@ def report(program, update):
         update()
         best = min(best, time.perf_counter() - start)
         runs += 1
-    print(f'{{"program": "{program}", "edge": {EDGE}, "rate": {EDGE**3 / best:.4e}}}')
+    print(f'{{"version": "{version}", "rate": {EDGE**3 / best:.4e}}}')

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Runs the same right-hand side in rsph, Taichi and PySPH and prints one table.
 
-    python3 benches/peers/run.py [--json] [--edges 37 58]
+    python3 benches/peers/run.py [--json] [--edges 20 37 58]
 
-The other programs are installed from their packages into target/peers. What can not be installed or
-run is said in the table.
+The other programs are installed from their packages into target/peers, or taken from the virtual
+environment that RSPH_PEERS names. What can not be installed or run is said in the table.
 """
 
 import argparse
@@ -25,6 +25,11 @@ PACKAGES = [
     ["--no-build-isolation", "cyarray", "compyle"],
     ["--no-build-isolation", "pysph==1.0b2"],
 ]
+OURS = {
+    "rsph": "right_hand_side_122",
+    "rsph, whole RK4 steps": "rk4_122",
+    "rsph, neighbour pairs": "pairs",
+}
 PROGRAMS = {
     "Taichi, weights kept": ["taichi_csr.py"],
     "Taichi, kernel evaluated": ["taichi_csr.py", "evaluate"],
@@ -32,9 +37,13 @@ PROGRAMS = {
 }
 
 
+# Seconds that a program may take at one size, compilation included.
+PATIENCE = 120
+
+
 def say(text: str) -> None:
     """Progress, apart from results."""
-    print(text, file=sys.stderr)
+    print(text, file=sys.stderr, flush=True)
 
 
 def python() -> str:
@@ -51,16 +60,15 @@ def python() -> str:
     return str(interpreter)
 
 
-def ours(edges: list[int], threads: int) -> dict[int, dict]:
-    """Our rates by edge: the whole right-hand side, and the pairs of irregular sets."""
-    words = [str(e) for e in edges]
-    command = ["cargo", "bench", "--quiet", "-p", "rsph-core", "--bench", "rates", "--"]
-    command += ["cube", *words, "pairs", *words]
+def ours(edge: int, threads: int) -> dict:
+    """Our rates: right-hand side, steps, and the pairs of irregular sets."""
+    command = ["cargo", "bench", "--quiet", "--locked", "-p", "rsph-core", "--bench", "rates", "--"]
+    command += ["cube", str(edge), "pairs", str(edge)]
     env = {**os.environ, "RAYON_NUM_THREADS": str(threads)}
     out = subprocess.run(command, cwd=ROOT, env=env, check=True, stdout=subprocess.PIPE, text=True)
-    rates: dict[int, dict] = {}
+    rates: dict = {}
     for row in json.loads(out.stdout.strip().splitlines()[-1])["rows"]:
-        rates.setdefault(row["size"], {}).update(row)
+        rates.update(row)
     return rates
 
 
@@ -68,40 +76,61 @@ def theirs(script: list[str], edge: int, threads: int) -> dict:
     """What another program prints, or why it does not."""
     env = {**os.environ, "THREADS": str(threads), "OMP_NUM_THREADS": str(threads)}
     command = [python(), str(HERE / script[0]), str(edge), *script[1:]]
-    out = subprocess.run(command, env=env, capture_output=True, text=True)
+    try:
+        out = subprocess.run(command, env=env, capture_output=True, text=True, timeout=PATIENCE)
+    except subprocess.TimeoutExpired:
+        return {"error": f"not done after {PATIENCE} s"}
     for line in reversed(out.stdout.splitlines()):
         if line.startswith("{"):
             return json.loads(line)
     return {"error": (out.stderr.strip().splitlines() or ["nothing printed"])[-1]}
 
 
+def cell(row: dict, own: float) -> str:
+    """A rate in millions, and how many times as fast ours is."""
+    return f"{row['rate'] / 1e6:.2f} ({own / row['rate']:.1f}x)" if "rate" in row else "-"
+
+
+def table(rows: list[dict]) -> str:
+    """Programs down, sizes across; what could not be measured below."""
+    by_place = {(row["program"], row["edge"]): row for row in rows}
+    names, edges = ([*dict.fromkeys(key[i] for key in by_place)] for i in (0, 1))
+    lines = ["".join([f"{'':34}", *(f"{f'{edge}^3':>16}" for edge in edges)])]
+    for name in names:
+        mine = [by_place[name, edge] for edge in edges]
+        version = next((row["version"] for row in mine if "version" in row), "")
+        own = [by_place[names[0], edge]["rate"] for edge in edges]
+        cells = [f"{cell(*pair):>16}" for pair in zip(mine, own, strict=True)]
+        lines.append("".join([f"{name} {version}".ljust(34), *cells]))
+    failed = [row for row in rows if "error" in row]
+    return "\n".join(lines + [f"{r['program']}, {r['edge']}^3: {r['error']}" for r in failed])
+
+
 def main() -> None:
     """Measures and prints."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--json", action="store_true", help="print JSON")
-    parser.add_argument("--edges", type=int, nargs="+", default=[37, 58])
+    parser.add_argument("--edges", type=int, nargs="+", default=[20, 37, 58])
     parser.add_argument("--threads", type=int, default=os.cpu_count())
     options = parser.parse_args()
     rows = []
     for edge in options.edges:
         # Side by side in time: the machine's mood changes.
-        own = ours([edge], options.threads)[edge]
-        rows.append({"edge": edge, "program": "rsph", "rate": own["right_hand_side_122"]})
-        rows.append({"edge": edge, "program": "rsph, neighbour pairs", "rate": own["pairs"]})
+        say(f"rsph, {edge}^3")
+        own = ours(edge, options.threads)
+        for name, key in OURS.items():
+            rows.append({"edge": edge, "program": name, "rate": own[key][-1]})
         for name, script in PROGRAMS.items():
             say(f"{name}, {edge}^3")
             rows.append({"edge": edge, "program": name, **theirs(script, edge, options.threads)})
     if options.json:
         print(json.dumps(rows))
         return
-    print(f"Right-hand sides, 122 neighbours, double precision, {options.threads} threads")
-    for row in rows:
-        if "rate" in row:
-            ours_rate = next(r["rate"] for r in rows if r["edge"] == row["edge"])
-            figures = f"{row['rate'] / 1e6:6.2f} M/s   {ours_rate / row['rate']:5.1f} x"
-        else:
-            figures = row["error"]
-        print(f"{row['edge']}^3  {row['program']:24} {figures}")
+    print(
+        f"Million particle updates a second, 122 neighbours, double precision, {options.threads} "
+        "threads\n(in brackets: how many times as fast the first line is)\n"
+    )
+    print(table(rows))
 
 
 if __name__ == "__main__":

@@ -80,5 +80,4 @@ def update():
     ti.sync()
 
 
-how = "kernel evaluated" if EVALUATE else "weights kept"
-lattice.report(f"Taichi {'.'.join(map(str, ti.__version__))}, {how}", update)
+lattice.report(".".join(map(str, ti.__version__)), update)

@@ -80,26 +80,33 @@ impl<S: Simd, T: Stencil> Passes<S> for Adjoint<'_, T> {
         let slot = <Self as Passes<S>>::slot_len(self);
         for (i, out) in out.chunks_exact_mut(KEPT * (reach + 1)).enumerate() {
             let mut sum = [[simd.splat_f64s(0.0); KEPT]; MAX_REACH + 1];
-            for j in -(reach as isize)..=reach as isize {
-                let Some((row, fold)) = rows.get(j) else { continue };
-                let row = &row[i * slot..(i + 1) * slot];
-                let sign = self.signs[fold][i];
-                let normal = if fold == 0 { sign } else { -sign };
-                let y = simd.splat_f64s(normal * (j as f64 * self.weights.spacing));
-                let sign = simd.splat_f64s(sign);
-                for (k, [complete, along_z]) in sum[..=reach].iter_mut().enumerate() {
-                    let m = (j * j) as usize + k * k;
-                    if m < cut {
-                        *complete = simd.mul_add_e_f64s(sign, row[ALONG_X * m], *complete);
-                    }
-                    if j != 0 && m <= cut {
-                        *complete = simd.mul_add_e_f64s(y, row[ALONG_X * m + 1], *complete);
-                    }
-                    if k != 0 && m <= cut {
-                        *along_z = simd.mul_add_e_f64s(sign, row[ALONG_X * m + 2], *along_z);
-                    }
-                }
-            }
+            self.stencil.for_each_offset(
+                #[inline(always)]
+                |j| {
+                    let Some((row, fold)) = rows.get(j) else { return };
+                    let row = &row[i * slot..(i + 1) * slot];
+                    let sign = self.signs[fold][i];
+                    let normal = if fold == 0 { sign } else { -sign };
+                    let y = simd.splat_f64s(normal * (j as f64 * self.weights.spacing));
+                    let sign = simd.splat_f64s(sign);
+                    self.stencil.for_each_distance(
+                        #[inline(always)]
+                        |k| {
+                            let [complete, along_z] = &mut sum[k];
+                            let m = (j * j) as usize + k * k;
+                            if m < cut {
+                                *complete = simd.mul_add_e_f64s(sign, row[ALONG_X * m], *complete);
+                            }
+                            if j != 0 && m <= cut {
+                                *complete = simd.mul_add_e_f64s(y, row[ALONG_X * m + 1], *complete);
+                            }
+                            if k != 0 && m <= cut {
+                                *along_z = simd.mul_add_e_f64s(sign, row[ALONG_X * m + 2], *along_z);
+                            }
+                        },
+                    );
+                },
+            );
             for (out, sum) in out.chunks_exact_mut(KEPT).zip(sum) {
                 out.copy_from_slice(&sum);
             }
@@ -110,19 +117,22 @@ impl<S: Simd, T: Stencil> Passes<S> for Adjoint<'_, T> {
     fn along_z(&self, simd: S, planes: &Ring<'_, S::f64s>, out: &mut [S::f64s]) {
         let reach = self.stencil.reach();
         let kept = KEPT * (reach + 1);
-        for k in -(reach as isize)..=reach as isize {
-            let Some((plane, fold)) = planes.get(k) else { continue };
-            let first = KEPT * k.unsigned_abs();
-            for i in 0..3 {
-                let plane = &plane[i * kept..(i + 1) * kept][first..first + KEPT];
-                let sign = self.signs[fold][i];
-                let normal = if fold == 0 { sign } else { -sign };
-                let z = simd.splat_f64s(normal * (k as f64 * self.weights.spacing));
-                out[i] = simd.mul_add_e_f64s(simd.splat_f64s(sign), plane[0], out[i]);
-                if k != 0 {
-                    out[i] = simd.mul_add_e_f64s(z, plane[1], out[i]);
+        self.stencil.for_each_offset(
+            #[inline(always)]
+            |k| {
+                let Some((plane, fold)) = planes.get(k) else { return };
+                let first = KEPT * k.unsigned_abs();
+                for i in 0..3 {
+                    let plane = &plane[i * kept..(i + 1) * kept][first..first + KEPT];
+                    let sign = self.signs[fold][i];
+                    let normal = if fold == 0 { sign } else { -sign };
+                    let z = simd.splat_f64s(normal * (k as f64 * self.weights.spacing));
+                    out[i] = simd.mul_add_e_f64s(simd.splat_f64s(sign), plane[0], out[i]);
+                    if k != 0 {
+                        out[i] = simd.mul_add_e_f64s(z, plane[1], out[i]);
+                    }
                 }
-            }
-        }
+            },
+        );
     }
 }

@@ -63,23 +63,30 @@ impl<S: Simd, T: Stencil> Passes<S> for Gradient<'_, T> {
         let slot = <Self as Passes<S>>::slot_len(self);
         for (i, out) in out.chunks_exact_mut(KEPT * (reach + 1)).enumerate() {
             let mut sum = [[simd.splat_f64s(0.0); KEPT]; MAX_REACH + 1];
-            for j in -(reach as isize)..=reach as isize {
-                let Some((row, fold)) = rows.get(j) else { continue };
-                let row = &row[i * slot..(i + 1) * slot];
-                let sign = self.signs[fold][i];
-                let y = simd.splat_f64s(sign * (j as f64 * self.weights.spacing));
-                let sign = simd.splat_f64s(sign);
-                for (k, [plain, along_y, along_x]) in sum[..=reach].iter_mut().enumerate() {
-                    let m = (j * j) as usize + k * k;
-                    if m <= cut {
-                        *plain = simd.mul_add_e_f64s(sign, row[2 * m], *plain);
-                        *along_y = simd.mul_add_e_f64s(y, row[2 * m], *along_y);
-                    }
-                    if m < cut {
-                        *along_x = simd.mul_add_e_f64s(sign, row[2 * m + 1], *along_x);
-                    }
-                }
-            }
+            self.stencil.for_each_offset(
+                #[inline(always)]
+                |j| {
+                    let Some((row, fold)) = rows.get(j) else { return };
+                    let row = &row[i * slot..(i + 1) * slot];
+                    let sign = self.signs[fold][i];
+                    let y = simd.splat_f64s(sign * (j as f64 * self.weights.spacing));
+                    let sign = simd.splat_f64s(sign);
+                    self.stencil.for_each_distance(
+                        #[inline(always)]
+                        |k| {
+                            let [plain, along_y, along_x] = &mut sum[k];
+                            let m = (j * j) as usize + k * k;
+                            if m <= cut {
+                                *plain = simd.mul_add_e_f64s(sign, row[2 * m], *plain);
+                                *along_y = simd.mul_add_e_f64s(y, row[2 * m], *along_y);
+                            }
+                            if m < cut {
+                                *along_x = simd.mul_add_e_f64s(sign, row[2 * m + 1], *along_x);
+                            }
+                        },
+                    );
+                },
+            );
             for (out, sum) in out.chunks_exact_mut(KEPT).zip(sum) {
                 out.copy_from_slice(&sum);
             }
@@ -90,22 +97,25 @@ impl<S: Simd, T: Stencil> Passes<S> for Gradient<'_, T> {
     fn along_z(&self, simd: S, planes: &Ring<'_, S::f64s>, out: &mut [S::f64s]) {
         let (cut, reach) = (self.stencil.cut(), self.stencil.reach());
         let kept = KEPT * (reach + 1);
-        for k in -(reach as isize)..=reach as isize {
-            let Some((plane, fold)) = planes.get(k) else { continue };
-            let first = KEPT * k.unsigned_abs();
-            for i in 0..3 {
-                let plane = &plane[i * kept..(i + 1) * kept][first..first + KEPT];
-                let sign = self.signs[fold][i];
-                let z = simd.splat_f64s(sign * (k as f64 * self.weights.spacing));
-                let sign = simd.splat_f64s(sign);
-                if ((k * k) as usize) < cut {
-                    out[3 * i] = simd.mul_add_e_f64s(sign, plane[2], out[3 * i]);
-                    out[3 * i + 1] = simd.mul_add_e_f64s(sign, plane[1], out[3 * i + 1]);
+        self.stencil.for_each_offset(
+            #[inline(always)]
+            |k| {
+                let Some((plane, fold)) = planes.get(k) else { return };
+                let first = KEPT * k.unsigned_abs();
+                for i in 0..3 {
+                    let plane = &plane[i * kept..(i + 1) * kept][first..first + KEPT];
+                    let sign = self.signs[fold][i];
+                    let z = simd.splat_f64s(sign * (k as f64 * self.weights.spacing));
+                    let sign = simd.splat_f64s(sign);
+                    if ((k * k) as usize) < cut {
+                        out[3 * i] = simd.mul_add_e_f64s(sign, plane[2], out[3 * i]);
+                        out[3 * i + 1] = simd.mul_add_e_f64s(sign, plane[1], out[3 * i + 1]);
+                    }
+                    out[3 * i + 2] = simd.mul_add_e_f64s(z, plane[0], out[3 * i + 2]);
+                    out[9 + i] = simd.mul_add_e_f64s(sign, plane[0], out[9 + i]);
                 }
-                out[3 * i + 2] = simd.mul_add_e_f64s(z, plane[0], out[3 * i + 2]);
-                out[9 + i] = simd.mul_add_e_f64s(sign, plane[0], out[9 + i]);
-            }
-        }
+            },
+        );
     }
 }
 
@@ -164,12 +174,18 @@ impl<S: Simd> Taps<S> {
 /// Visits every j^2 + k^2 >= `least` within the cut.
 #[inline(always)]
 pub fn for_each_square_sum<T: Stencil>(stencil: T, least: usize, mut visit: impl FnMut(usize)) {
-    for j in 0..=stencil.reach() {
-        for k in 0..=stencil.reach() {
-            let m = j * j + k * k;
-            if k <= j && m >= least && m <= stencil.cut() {
-                visit(m);
-            }
-        }
-    }
+    stencil.for_each_distance(
+        #[inline(always)]
+        |j| {
+            stencil.for_each_distance(
+                #[inline(always)]
+                |k| {
+                    let m = j * j + k * k;
+                    if k <= j && m >= least && m <= stencil.cut() {
+                        visit(m);
+                    }
+                },
+            );
+        },
+    );
 }

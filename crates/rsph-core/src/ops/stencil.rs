@@ -8,9 +8,16 @@ pub trait Stencil: Copy + Send + Sync {
 
     /// Largest |o| along an axis.
     fn reach(self) -> usize;
+
+    /// Visits the offsets 0 to reach along an axis.
+    fn for_each_distance(self, visit: impl FnMut(usize));
+
+    /// Visits the offsets -reach to reach along an axis.
+    fn for_each_offset(self, visit: impl FnMut(isize));
 }
 
-/// A cut known when compiling: the loops over offsets unroll.
+/// A cut below 16, known when compiling: the offsets are written out one by one, since loops around that much work
+/// are not unrolled, and what is summed stays in registers.
 #[derive(Clone, Copy, Debug)]
 pub struct Fixed<const CUT: usize>;
 
@@ -22,7 +29,41 @@ impl<const CUT: usize> Stencil for Fixed<CUT> {
 
     #[inline(always)]
     fn reach(self) -> usize {
-        const { CUT.isqrt() }
+        const {
+            assert!(CUT < 16);
+            CUT.isqrt()
+        }
+    }
+
+    #[inline(always)]
+    fn for_each_distance(self, mut visit: impl FnMut(usize)) {
+        visit(0);
+        if self.reach() >= 1 {
+            visit(1);
+        }
+        if self.reach() >= 2 {
+            visit(2);
+        }
+        if self.reach() >= 3 {
+            visit(3);
+        }
+    }
+
+    #[inline(always)]
+    fn for_each_offset(self, mut visit: impl FnMut(isize)) {
+        if self.reach() >= 3 {
+            visit(-3);
+        }
+        if self.reach() >= 2 {
+            visit(-2);
+        }
+        if self.reach() >= 1 {
+            visit(-1);
+        }
+        self.for_each_distance(
+            #[inline(always)]
+            |d| visit(d as isize),
+        );
     }
 }
 
@@ -37,5 +78,20 @@ impl Stencil for Any {
 
     fn reach(self) -> usize {
         self.0.isqrt()
+    }
+
+    #[inline(always)]
+    fn for_each_distance(self, mut visit: impl FnMut(usize)) {
+        for d in 0..=self.reach() {
+            visit(d);
+        }
+    }
+
+    #[inline(always)]
+    fn for_each_offset(self, mut visit: impl FnMut(isize)) {
+        let reach = self.reach() as isize;
+        for d in -reach..=reach {
+            visit(d);
+        }
     }
 }

@@ -173,13 +173,14 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
         let ring_z = 2 * reach + 1;
         let (start, end) = (self.planes.start as isize, self.planes.end as isize);
         let plane_len = rows * passes.along_y_len();
+        let mut lines = [[Line([0.0; 3 * LANES]); MAX_SOURCES]; 2];
         for lane in (0..LANES).step_by(S::F64_LANES) {
             // Rows of every plane of the ring that are not all zero.
             let mut kept: [Range<isize>; 2 * MAX_REACH + 1] = std::array::from_fn(|_| 0..0);
             for z in start - reach..end + reach {
                 let at = z.rem_euclid(ring_z) as usize;
                 let plane = &mut along_y[at * plane_len..(at + 1) * plane_len];
-                kept[at] = self.plane(z, lane, along_x, plane);
+                kept[at] = self.plane((z, lane), &mut lines, along_x, plane);
                 let target = z - reach;
                 if target < start {
                     continue;
@@ -214,10 +215,16 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
         }
     }
 
-    /// The passes along x and y over the plane `z`, as far as other passes need them; returns the rows
-    /// that were written.
+    /// The passes along x and y over the lanes from `lane` on of the plane `z`, as far as other passes need them;
+    /// returns the rows that were written. `lines` holds two rows of the source.
     #[inline(always)]
-    fn plane(&self, z: isize, lane: usize, ring: &mut [S::f64s], out: &mut [S::f64s]) -> Range<isize> {
+    fn plane(
+        &self,
+        (z, lane): (isize, usize),
+        lines: &mut [[Line; MAX_SOURCES]; 2],
+        ring: &mut [S::f64s],
+        out: &mut [S::f64s],
+    ) -> Range<isize> {
         let (passes, reach) = (self.passes, self.passes.stencil().reach() as isize);
         let sources =
             hull((self.column as isize - 1..=self.column as isize + 1).map(|c| self.occupied(c, z)));
@@ -232,7 +239,6 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
         let (slot_len, out_len) = (passes.along_x_len(), passes.along_y_len());
         let slots = self::ring(reach as usize) as isize;
         let mut next = sources.start;
-        let mut lines = [[Line([0.0; 3 * LANES]); MAX_SOURCES]; 2];
         self.copy(z, next, &mut lines[(next & 1) as usize]);
         for y in written.clone() {
             while next < sources.end && next <= y + reach {
