@@ -193,6 +193,10 @@ impl Dynamics for Elastic {
         &[Field::Displacement, Field::Velocity]
     }
 
+    fn moves_with_velocity(&self) -> bool {
+        true
+    }
+
     fn rates(&mut self, t: f64, particles: &Particles, rates: &mut [Column]) -> ForceSums {
         let n = self.len();
         let relaxation_time = self.material.relaxation_time();
@@ -206,7 +210,9 @@ impl Dynamics for Elastic {
         ops::adjoint_sums(&self.lattice, self.mirror.folds(), &self.work.pair, &mut self.work.adjoint); // Eq. (12)
 
         let [du, dv] = rates else { unreachable!("two integrated columns") };
-        du.values_mut().copy_from_slice(v.values()); // Eq. (4)
+        if !du.is_empty() {
+            du.values_mut().copy_from_slice(v.values()); // Eq. (4)
+        }
         let mut sums = std::mem::take(&mut self.work.sums);
         let (ax, ayz) = dv.values_mut().split_at_mut(n);
         let (ay, az) = ayz.split_at_mut(n);

@@ -44,6 +44,12 @@ pub trait Dynamics: std::fmt::Debug + Send + Sync {
         Account { conserves_mass: true, sums_dissipation: false }
     }
 
+    /// Whether the displacement is integrated before the velocity, which is its rate wherever [`Dynamics::impose`]
+    /// does not set it: the column of this rate may then be empty.
+    fn moves_with_velocity(&self) -> bool {
+        false
+    }
+
     /// Rates of change of the integrated columns at time `t`, in the order of
     /// [`Dynamics::integrated`].
     fn rates(&mut self, t: f64, particles: &Particles, rates: &mut [Column]) -> ForceSums;
