@@ -111,17 +111,19 @@ pub struct Mirror {
     folds: Folds,
     groups: Vec<Group>,
     starts: Vec<u32>,
-    ghosts: Vec<Seen>,
+    seen: Vec<Seen>,
     /// The different ghosts but for their partners: lattice and images of it leave few distances.
     kinds: Vec<Ghost>,
 }
 
-/// A ghost in the neighbourhood of a particle, in short.
+/// Ghosts in the neighbourhood of a particle that follow each other along x, in short.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
+    /// Partner of the first; the others' follow.
     partner: u32,
-    /// Which of the kinds.
+    /// Which of the kinds the first is; the others' follow.
     kind: u32,
+    count: u32,
 }
 
 impl Mirror {
@@ -141,7 +143,7 @@ impl Mirror {
         for group in &mut groups {
             group.folded = group.planes.iter().all(|&p| of_plane[p].is_some());
         }
-        let (mut starts, mut ghosts) = (vec![0], Vec::new());
+        let (mut starts, mut seen): (_, Vec<Seen>) = (vec![0], Vec::new());
         let (mut kinds, mut number_of) = (Vec::new(), HashMap::new());
         for (a, x_a) in positions.iter().enumerate() {
             let cell = lattice.coordinates(a).map(|c| c as isize);
@@ -171,27 +173,52 @@ impl Mirror {
                                     kinds.push(Ghost { partner: 0, group: g as u32, w, x, reflection, sign });
                                     kinds.len() as u32 - 1
                                 });
-                                ghosts.push(Seen { partner: m as u32, kind });
+                                let first = starts[a] as usize;
+                                match seen[first..].last_mut() {
+                                    Some(s)
+                                        if s.partner + s.count == m as u32 && s.kind + s.count == kind =>
+                                    {
+                                        s.count += 1;
+                                    }
+                                    _ => seen.push(Seen { partner: m as u32, kind, count: 1 }),
+                                }
                             }
                         }
                     }
                 }
             }
-            starts.push(ghosts.len() as u32);
+            starts.push(seen.len() as u32);
             debug_assert_eq!(starts.len(), a + 2);
         }
         let of_plane: Vec<Fold> = of_plane.into_iter().flatten().collect();
         let folds = Folds::new(&of_plane);
-        ghosts.shrink_to_fit();
-        Self { planes, folds, groups, starts, ghosts, kinds }
+        seen.shrink_to_fit();
+        Self { planes, folds, groups, starts, seen, kinds }
     }
 
     /// The ghosts that particle `a` sees.
     #[inline(always)]
-    pub fn ghosts_of(&self, a: usize) -> impl ExactSizeIterator<Item = Ghost> + '_ {
-        let here =
-            if self.ghosts.is_empty() { 0..0 } else { self.starts[a] as usize..self.starts[a + 1] as usize };
-        self.ghosts[here].iter().map(|g| Ghost { partner: g.partner, ..self.kinds[g.kind as usize] })
+    pub fn ghosts_of(&self, a: usize) -> impl Iterator<Item = Ghost> + '_ {
+        self.seen_by(a).iter().flat_map(|s| {
+            (0..s.count).map(|i| {
+                let kind = &self.kinds[(s.kind + i) as usize];
+                Ghost { partner: s.partner + i, ..*kind }
+            })
+        })
+    }
+
+    /// Whether particle `a` sees a ghost.
+    pub fn has_ghosts(&self, a: usize) -> bool {
+        !self.seen_by(a).is_empty()
+    }
+
+    #[inline(always)]
+    fn seen_by(&self, a: usize) -> &[Seen] {
+        if self.seen.is_empty() {
+            &[]
+        } else {
+            &self.seen[self.starts[a] as usize..self.starts[a + 1] as usize]
+        }
     }
 
     /// The planes that the sums of the lattice know of.
@@ -212,7 +239,7 @@ impl Mirror {
 
     /// Whether there is any ghost.
     pub fn is_empty(&self) -> bool {
-        self.ghosts.is_empty()
+        self.seen.is_empty()
     }
 
     /// Number of groups.

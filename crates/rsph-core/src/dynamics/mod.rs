@@ -60,6 +60,12 @@ pub trait Dynamics: std::fmt::Debug + Send + Sync {
     /// Adds the derived columns (strain, stress, density, ...) to a copy of the state.
     fn derive(&mut self, t: f64, particles: &mut Particles);
 
+    /// Adds at least those of the derived columns.
+    fn derive_some(&mut self, t: f64, wanted: &[Field], particles: &mut Particles) {
+        let _ = wanted;
+        self.derive(t, particles);
+    }
+
     /// The loads on its particles; `None`: it has no place for loads.
     fn loads_mut(&mut self) -> Option<&mut Vec<NodalLoad>> {
         None
