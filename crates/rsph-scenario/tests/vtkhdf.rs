@@ -46,6 +46,32 @@ fn particles_with_a_changing_count_come_back() {
 }
 
 #[test]
+fn frames_of_more_points_than_are_written_at_once_come_back() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("many.vtkhdf");
+    let frame = |n: u32| {
+        let values = |c: u32| (0..c * n).map(f64::from).collect();
+        let field =
+            |c: u32| PointField { name: format!("field_{c}"), components: c as usize, values: values(c) };
+        PolyData {
+            time: f64::from(n),
+            points: (0..n).map(|i| [f64::from(i), 0.5, -1.0]).collect(),
+            cells: if n % 2 == 0 {
+                Cells::Vertices
+            } else {
+                Cells::Triangles((2..n).map(|i| [i - 2, i - 1, i]).collect())
+            },
+            fields: [1, 3, 6].map(field).to_vec(),
+        }
+    };
+    let frames = [140_000, 3, 70_001].map(frame);
+    write(&path, &frames);
+    for (k, frame) in frames.iter().enumerate() {
+        assert!(read_step(&path, Some(k)).unwrap() == *frame, "step {k}");
+    }
+}
+
+#[test]
 fn surfaces_come_back() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("surface.vtkhdf");

@@ -144,12 +144,25 @@ impl Mirror {
             group.folded = group.planes.iter().all(|&p| of_plane[p].is_some());
         }
         let (mut starts, mut seen): (_, Vec<Seen>) = (vec![0], Vec::new());
-        let (mut kinds, mut number_of) = (Vec::new(), HashMap::new());
+        // Kinds that follow each other along x have following numbers.
+        let nothing = Ghost {
+            partner: 0,
+            group: 0,
+            w: 0.0,
+            x: Vec3::zeros(),
+            reflection: Vec3::zeros(),
+            sign: Vec3::zeros(),
+        };
+        let reach = (support / lattice.spacing).ceil() as isize + 1;
+        let row = vec![nothing; 2 * reach as usize + 1];
+        let (mut kinds, mut rows) = (Vec::new(), HashMap::new());
         for (a, x_a) in positions.iter().enumerate() {
             let cell = lattice.coordinates(a).map(|c| c as isize);
             for (g, group) in groups.iter().enumerate() {
                 let (reflection, sign) = (group.reflection, group.sign);
                 let image = group.image(&planes, x_a);
+                let middle =
+                    ((group.image(&planes, &origin).x - origin.x) / lattice.spacing).round() as isize;
                 // |x_ghost(m) - x_a| = |x_m - image of a|: search around the image.
                 let low: [isize; 3] = std::array::from_fn(|i| {
                     ((image[i] - origin[i] - support) / lattice.spacing - 0.5).ceil() as isize
@@ -168,11 +181,17 @@ impl Mirror {
                                 let apart: [isize; 3] = std::array::from_fn(|axis| {
                                     [i, j, k][axis] - reflection[axis] as isize * cell[axis]
                                 });
-                                let kind = *number_of.entry((g, apart)).or_insert_with(|| {
-                                    let w = kernel.gradient_weight(r);
-                                    kinds.push(Ghost { partner: 0, group: g as u32, w, x, reflection, sign });
-                                    kinds.len() as u32 - 1
+                                let first = *rows.entry((g, apart[1], apart[2])).or_insert_with(|| {
+                                    kinds.extend_from_slice(&row);
+                                    kinds.len() - row.len()
                                 });
+                                let kind = first + (apart[0] - middle + reach) as usize;
+                                if kinds[kind].w == 0.0 {
+                                    let w = kernel.gradient_weight(r);
+                                    kinds[kind] =
+                                        Ghost { partner: 0, group: g as u32, w, x, reflection, sign };
+                                }
+                                let kind = kind as u32;
                                 let first = starts[a] as usize;
                                 match seen[first..].last_mut() {
                                     Some(s)

@@ -114,7 +114,8 @@ impl Solid {
         let (undeformed, laid) = Undeformed::new(&body, 0.5 * (bounds.min + bounds.max), anew)
             .map_err(|e| InvalidInput::new("body.spacing", dx, e.to_string(), "choose a larger spacing"))?;
         let notes = left_out(&body, shape);
-        let Body { level_set, surface: zero_surface, .. } = body;
+        let Body { level_set, surface: zero_surface, cells, fraction, .. } = body;
+        drop((cells, fraction));
         let n = laid.len();
 
         let holds = tag::holds(&setup.boundaries, &laid.positions(), dx, &solver, cut)?;
