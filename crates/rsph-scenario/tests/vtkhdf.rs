@@ -56,7 +56,7 @@ fn frames_of_more_points_than_are_written_at_once_come_back() {
         PolyData {
             time: f64::from(n),
             points: (0..n).map(|i| [f64::from(i), 0.5, -1.0]).collect(),
-            cells: if n % 2 == 0 {
+            cells: if n.is_multiple_of(2) {
                 Cells::Vertices
             } else {
                 Cells::Triangles((2..n).map(|i| [i - 2, i - 1, i]).collect())
