@@ -16,7 +16,7 @@ use rayon::prelude::*;
 const VALUES_A_TASK: usize = 4096;
 
 /// The classical Runge-Kutta scheme of fourth order, section 5.2 of the paper, with its work space.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct RungeKutta4 {
     start: Vec<Column>,
     end: Vec<Column>,
@@ -68,6 +68,9 @@ pub trait Integrator: DynClone + std::fmt::Debug + Send + Sync {
         dt: f64,
     ) -> Result<Step, (FailureKind, String)>;
 
+    /// Frees the work space that the next step makes anew.
+    fn rest(&mut self) {}
+
     /// Puts what it remembers from step to step into `state`.
     fn save(&self, state: &mut State) {
         let _ = state;
@@ -86,20 +89,47 @@ pub trait Integrator: DynClone + std::fmt::Debug + Send + Sync {
 dyn_clone::clone_trait_object!(Integrator);
 
 impl RungeKutta4 {
-    /// Work space for `dynamics` on `particles`.
-    pub fn new(dynamics: &dyn Dynamics, particles: &Particles) -> Self {
-        let zeros = |f: &Field| Column::zeros(f.spec().components, particles.len());
-        let columns: Vec<Column> = dynamics.integrated().iter().map(zeros).collect();
-        Self { start: columns.clone(), end: columns.clone(), rates: columns }
-    }
-
     /// Right-hand sides a step.
     pub const EVALUATIONS: u64 = 4;
+
+    /// Makes the columns of the rates, if they are not there.
+    fn prepare_rates(&mut self, dynamics: &dyn Dynamics, particles: &Particles) {
+        if self.rates.is_empty() {
+            self.rates = columns(dynamics, particles, |f| !is_velocity(dynamics, f));
+        }
+    }
+
+    /// Makes all of the work space, if it is not there.
+    fn prepare(&mut self, dynamics: &dyn Dynamics, particles: &Particles) {
+        self.prepare_rates(dynamics, particles);
+        if self.start.is_empty() {
+            self.start = columns(dynamics, particles, |_| true);
+            self.end = columns(dynamics, particles, |_| true);
+        }
+    }
+}
+
+/// Whether the rate of change of a field is the velocity, and needs no place of its own.
+fn is_velocity(dynamics: &dyn Dynamics, field: Field) -> bool {
+    field == Field::Displacement && dynamics.moves_with_velocity()
+}
+
+/// Zeros for the integrated columns that are wanted, nothing for the others.
+fn columns(dynamics: &dyn Dynamics, particles: &Particles, wanted: impl Fn(Field) -> bool) -> Vec<Column> {
+    let zeros = |&f: &Field| {
+        if wanted(f) { Column::zeros(f.spec().components, particles.len()) } else { Column::zeros(0, 0) }
+    };
+    dynamics.integrated().iter().map(zeros).collect()
 }
 
 impl Integrator for RungeKutta4 {
     fn evaluate(&mut self, dynamics: &mut dyn Dynamics, particles: &Particles, t: f64) -> ForceSums {
+        self.prepare_rates(dynamics, particles);
         dynamics.rates(t, particles, &mut self.rates)
+    }
+
+    fn rest(&mut self) {
+        *self = Self::default();
     }
 
     fn step(
@@ -112,6 +142,7 @@ impl Integrator for RungeKutta4 {
         // (time of the stage, weight of its rates, distance of the next stage), in steps.
         const STAGES: [(f64, f64, f64); 4] =
             [(0.0, 1.0 / 6.0, 0.5), (0.5, 1.0 / 3.0, 0.5), (0.5, 1.0 / 3.0, 1.0), (1.0, 1.0 / 6.0, 0.0)];
+        self.prepare(dynamics, particles);
         let fields = dynamics.integrated();
         for (start, field) in self.start.iter_mut().zip(fields) {
             start.values_mut().copy_from_slice(particles.column(*field).values());
@@ -128,12 +159,14 @@ impl Integrator for RungeKutta4 {
                 at_start = sums;
             }
             for (i, field) in fields.iter().enumerate() {
-                let value = particles.column_mut(*field).values_mut();
+                // Displacements advance before the velocity of this stage does, and held ones are imposed.
+                let velocity =
+                    is_velocity(dynamics, *field).then(|| particles.column(Field::Velocity).share());
                 advance(
-                    value,
+                    particles.column_mut(*field).values_mut(),
                     self.end[i].values_mut(),
                     self.start[i].values(),
-                    self.rates[i].values(),
+                    velocity.as_ref().map_or(self.rates[i].values(), |v| v.as_slice()), // Eq. (4)
                     weight * dt,
                     next * dt,
                     stage,

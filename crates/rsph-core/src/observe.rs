@@ -9,6 +9,7 @@ use crate::region::Region;
 use crate::setup::{Probe, Quantity};
 use crate::shape::Shape;
 use crate::tensor::Vec3;
+use std::ops::Range;
 
 /// One value of a probe.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,9 +25,41 @@ pub struct Reading {
 pub struct TaggedProbe {
     names: Vec<String>,
     quantity: Quantity,
-    weights: Vec<(u32, f64)>,
+    weights: Weights,
     /// Points of the undeformed body that it reads, with their weights.
     points: Vec<(Vec3, f64)>,
+}
+
+/// Particles with a weight each; those of a region come in stretches of consecutive ones.
+#[derive(Clone, Debug, Default)]
+struct Weights {
+    runs: Vec<Range<u32>>,
+    weights: Vec<f64>,
+}
+
+impl FromIterator<(u32, f64)> for Weights {
+    fn from_iter<I: IntoIterator<Item = (u32, f64)>>(rows: I) -> Self {
+        let mut all = Self::default();
+        for (a, weight) in rows {
+            match all.runs.last_mut() {
+                Some(run) if run.end == a => run.end += 1,
+                _ => all.runs.push(a..a + 1),
+            }
+            all.weights.push(weight);
+        }
+        all
+    }
+}
+
+impl Weights {
+    /// The weighted sum; not a number when there is nothing to read.
+    fn sum(&self, values: &[f64]) -> f64 {
+        if self.weights.is_empty() {
+            return f64::NAN;
+        }
+        let particles = self.runs.iter().cloned().flatten();
+        particles.zip(&self.weights).map(|(a, w)| w * values[a as usize]).sum()
+    }
 }
 
 impl TaggedProbe {
@@ -47,8 +80,12 @@ impl TaggedProbe {
     ) -> Result<Self, InvalidInput> {
         let tolerance = 1e-3 * spacing;
         let nothing = || Err(no_particle(&format!("probe[{index}].region"), &probe.region, positions));
-        let mut tagged =
-            Self { names: names(probe), quantity: probe.quantity, weights: Vec::new(), points: Vec::new() };
+        let mut tagged = Self {
+            names: names(probe),
+            quantity: probe.quantity,
+            weights: Weights::default(),
+            points: Vec::new(),
+        };
         let inside: Vec<usize> =
             (0..positions.len()).filter(|&a| probe.region.contains(&positions[a], 0.0)).collect();
         if let Region::Point(x) = &probe.region {
@@ -79,7 +116,13 @@ impl TaggedProbe {
     /// gives their weights at a list of points.
     pub fn find(&mut self, particles: usize, weights: impl Fn(&[Vec3]) -> PointWeights) {
         let (x, share): (Vec<Vec3>, Vec<f64>) = self.points.iter().copied().unzip();
-        self.weights = weights(&x).mean(&share, particles);
+        self.weights = weights(&x).mean(&share, particles).into_iter().collect();
+    }
+
+    /// The same probe of a body that is never laid anew: what it reads is found for good.
+    #[must_use]
+    pub fn settled(self) -> Self {
+        Self { points: Vec::new(), ..self }
     }
 
     /// A probe that reads the particles which are in its region now, weighted by volume.
@@ -90,9 +133,14 @@ impl TaggedProbe {
         Self { names: names(probe), quantity: probe.quantity, weights, points: Vec::new() }
     }
 
-    /// Whether the probe reads a column that is part of the state of every dynamics.
+    /// The column that the probe reads.
+    pub fn field(&self) -> Field {
+        self.quantity.field
+    }
+
+    /// Whether that is part of the state of every dynamics.
     pub fn reads_state(&self) -> bool {
-        let field = self.quantity.field;
+        let field = self.field();
         field.spec().evolution == Evolution::State && !matches!(field, Field::Strain | Field::Density)
     }
 
@@ -102,11 +150,7 @@ impl TaggedProbe {
         let first = self.quantity.component.unwrap_or(0);
         for (i, name) in self.names.iter().enumerate() {
             let values = column.component(first + i);
-            let value = if self.weights.is_empty() {
-                f64::NAN
-            } else {
-                self.weights.iter().map(|&(a, w)| w * values[a as usize]).sum()
-            };
+            let value = self.weights.sum(values);
             out.push(Reading { name: name.clone(), value });
         }
     }

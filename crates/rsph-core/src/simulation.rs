@@ -147,7 +147,7 @@ fn integrator(
         Box::new(Implicit::new(scheme, dynamics, particles, tolerance, shortest))
     };
     match description.scheme {
-        Scheme::Auto | Scheme::Rk4 => Box::new(RungeKutta4::new(dynamics, particles)),
+        Scheme::Auto | Scheme::Rk4 => Box::<RungeKutta4>::default(),
         Scheme::Sdirk2 => implicit(implicit::Scheme::Sdirk2, dynamics),
         Scheme::BackwardEuler => implicit(implicit::Scheme::BackwardEuler, dynamics),
         Scheme::Rkc2 => Box::new(RungeKuttaChebyshev::new(dynamics, particles, description.fastest_decay)),
@@ -461,6 +461,11 @@ impl Simulation {
     /// The state without derived columns.
     pub fn particles(&self) -> &Particles {
         &self.particles
+    }
+
+    /// Frees the memory that the next step makes anew, so that what looks at this moment finds room.
+    pub fn rest(&mut self) {
+        self.integrator.rest();
     }
 
     /// A picture of this moment.

@@ -151,7 +151,7 @@ fn without_viscosity_and_source_energy_is_kept() {
     let i = interaction(fluid, [60, 60]);
     let mut dynamics = FluidStructure::new(&i, 0.9);
     let mut particles = dynamics.particles(&i, along(|x| 1e-5 * (-(x * 12.0).powi(2)).exp()));
-    let mut integrator = RungeKutta4::new(&dynamics, &particles);
+    let mut integrator = RungeKutta4::default();
     let before: f64 = dynamics.energy_of_each(&particles).iter().sum();
     let [waves, viscosity] = dynamics.step_limits(i.spacings()[0]);
     let (limit, viscous) = (waves.min(viscosity), viscosity < waves);

@@ -11,8 +11,8 @@ use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::{Resolution, sample};
 use rsph_core::setup::{
-    Boundary, Formulation, Initial, Load, LoadKind, Motion, PatchCentre, Probe, Quantity, Ramp, Setup,
-    Solver, TimeStep, Units, VectorField,
+    Boundary, Formulation, Initial, Load, LoadKind, Motion, PatchCentre, Probe, Quantity, Ramp, Scheme,
+    Setup, Solver, TimeStep, Units, VectorField,
 };
 use rsph_core::shape::{BoxShape, Shape, SphereShape, organ};
 use rsph_core::simulation::Simulation;
@@ -385,4 +385,51 @@ fn a_probe_can_come_later() {
     let nowhere = Region::Point(Vec3::repeat(9.0));
     assert_eq!(simulation.add_probe(probe("far", nowhere)).unwrap_err().key, "probe[1].region");
     assert_eq!(simulation.readings().len(), 1);
+}
+
+/// A cube that is pulled while a slice of it is moved.
+fn pulled_cube(probes: &[&str]) -> Simulation {
+    let mut s = setup(unit_cube(), Resolution::Particles(343), 0.3);
+    s.integration.scheme = Scheme::Rk4;
+    let motion = Motion::Ramp { displacement: Vec3::x() * 0.01, ramp: Ramp { from: 0.0, to: 0.1 } };
+    let inside = Region::Ball { centre: Vec3::repeat(0.5), radius: 0.2 };
+    s.boundaries = vec![
+        clamp(plane(Axis::Z, 0.0, Side::Below)),
+        Boundary { region: inside, fix: [true, false, true], motion: Some(motion) },
+    ];
+    s.loads = vec![Load {
+        kind: LoadKind::Traction { region: plane(Axis::Z, 1.0, Side::Above), traction: Vec3::z() },
+        ramp: Ramp::default(),
+    }];
+    let probe = |name: &&str| Probe {
+        name: (*name).into(),
+        quantity: Quantity::parse(name).unwrap(),
+        region: Region::All,
+    };
+    s.probes = probes.iter().map(probe).collect();
+    Simulation::new(s).unwrap()
+}
+
+#[test]
+fn a_simulation_that_rests_between_steps_goes_on_as_the_other() {
+    let (mut one, mut other) = (pulled_cube(&[]), pulled_cube(&[]));
+    for _ in 0..5 {
+        one.step().unwrap();
+        other.rest();
+        other.step().unwrap();
+    }
+    assert_eq!(one.state(), other.state());
+}
+
+#[test]
+fn a_probe_reads_the_same_whatever_the_others_read() {
+    let quantities = ["density", "strain.xz", "stress.zz", "von_mises", "velocity.z"];
+    let mut all = pulled_cube(&quantities);
+    all.step().unwrap();
+    let together = all.readings();
+    for (name, expected) in quantities.iter().zip(together) {
+        let mut alone = pulled_cube(&[name]);
+        alone.step().unwrap();
+        assert_eq!(alone.readings(), [expected], "{name}");
+    }
 }

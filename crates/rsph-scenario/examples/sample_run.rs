@@ -22,10 +22,10 @@ fn main() -> Result<(), SinkError> {
         // A remesh in the middle of the run changes particles and surface.
         let (cells, rings) = if frame < 12 { (10, 32) } else { (11, 36) };
         let snapshot = common::snapshot(t, u64::from(frame) * 15, cells);
-        writers.frame(&snapshot, &common::surface(t, rings), &common::conservation(t))?;
+        writers.frame(snapshot, common::surface(t, rings), &common::conservation(t))?;
     }
     let status = if failed { Status::Failed(common::failure()) } else { Status::Finished };
     writers.finish(&common::outcome(status))?;
-    let last = PolyData::from_surface(3.0, &common::surface(3.0, 36));
+    let last = PolyData::from_surface(3.0, common::surface(3.0, 36));
     vtp::write(&Path::new(&folder).join("surface.vtp"), &last)
 }

@@ -20,8 +20,8 @@ fn run(folder: &Path, info: RunInfo, frames: u32, status: Status) {
         let size = if k < 2 { 5 } else { 6 };
         writers
             .frame(
-                &common::snapshot(t, u64::from(k), size),
-                &common::surface(t, size),
+                common::snapshot(t, u64::from(k), size),
+                common::surface(t, size),
                 &common::conservation(t),
             )
             .unwrap();
@@ -205,7 +205,7 @@ fn a_long_run_keeps_its_page_small() {
         let t = f64::from(k) * 0.1;
         let rings = 30 + k as usize % 2; // every frame is a new mesh
         writers
-            .frame(&common::snapshot(t, 0, 3), &common::surface(t, rings), &common::conservation(t))
+            .frame(common::snapshot(t, 0, 3), common::surface(t, rings), &common::conservation(t))
             .unwrap();
     }
     for k in 0..10_000_u32 {
@@ -231,7 +231,7 @@ fn results_that_are_no_numbers_are_stored_as_such() {
     surface.fields[3].values[0] = f64::NAN;
     let mut sums = common::conservation(0.0);
     sums.momentum_error = f64::NAN;
-    writers.frame(&common::snapshot(0.0, 0, 4), &surface, &sums).unwrap();
+    writers.frame(common::snapshot(0.0, 0, 4), surface, &sums).unwrap();
     let readings: Vec<_> =
         common::readings(0.0).into_iter().map(|r| Reading { value: f64::INFINITY, ..r }).collect();
     writers.sample(0.0, &readings, &sums).unwrap();
@@ -270,7 +270,7 @@ fn a_new_run_removes_the_old_report() {
 fn vtp_says_what_it_holds() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("surface.vtp");
-    let mut frame = PolyData::from_surface(0.5, &common::surface(0.5, 4));
+    let mut frame = PolyData::from_surface(0.5, common::surface(0.5, 4));
     frame.fields[0].name = "a<b".into();
     vtp::write(&path, &frame).unwrap();
     let text = fs::read_to_string(&path).unwrap();

@@ -46,12 +46,38 @@ fn particles_with_a_changing_count_come_back() {
 }
 
 #[test]
+fn frames_of_more_points_than_are_written_at_once_come_back() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("many.vtkhdf");
+    let frame = |n: u32| {
+        let values = |c: u32| (0..c * n).map(f64::from).collect();
+        let field =
+            |c: u32| PointField { name: format!("field_{c}"), components: c as usize, values: values(c) };
+        PolyData {
+            time: f64::from(n),
+            points: (0..n).map(|i| [f64::from(i), 0.5, -1.0]).collect(),
+            cells: if n.is_multiple_of(2) {
+                Cells::Vertices
+            } else {
+                Cells::Triangles((2..n).map(|i| [i - 2, i - 1, i]).collect())
+            },
+            fields: [1, 3, 6].map(field).to_vec(),
+        }
+    };
+    let frames = [140_000, 3, 70_001].map(frame);
+    write(&path, &frames);
+    for (k, frame) in frames.iter().enumerate() {
+        assert!(read_step(&path, Some(k)).unwrap() == *frame, "step {k}");
+    }
+}
+
+#[test]
 fn surfaces_come_back() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("surface.vtkhdf");
     let frames: Vec<_> = [(0.0, 4), (0.5, 9), (1.0, 4)]
         .into_iter()
-        .map(|(t, rings)| PolyData::from_surface(t, &common::surface(t, rings)))
+        .map(|(t, rings)| PolyData::from_surface(t, common::surface(t, rings)))
         .collect();
     write(&path, &frames);
     let info = describe(&path).unwrap();
@@ -96,7 +122,7 @@ fn changed_fields_and_inconsistent_frames_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.vtkhdf");
     let mut writer = VtkHdfWriter::create(&path).unwrap();
-    let good = PolyData::from_surface(0.0, &common::surface(0.0, 3));
+    let good = PolyData::from_surface(0.0, common::surface(0.0, 3));
     writer.append(&good).unwrap();
     let mut fewer = good.clone();
     fewer.fields.pop();
@@ -129,7 +155,7 @@ fn wrong_files_and_steps_are_errors_with_a_remedy() {
     assert!(describe(&other).unwrap_err().problem.contains("VTKHDF"));
 
     let path = dir.path().join("a.vtkhdf");
-    write(&path, &[PolyData::from_surface(0.0, &common::surface(0.0, 3))]);
+    write(&path, &[PolyData::from_surface(0.0, common::surface(0.0, 3))]);
     assert!(read_step(&path, Some(1)).unwrap_err().remedy.contains("from 0 to 0"));
 }
 
@@ -146,7 +172,7 @@ fn tampered_numbers_are_errors() {
         ("VTKHDF/Polygons/Connectivity", 1 << 40),
     ];
     for (dataset, value) in tampers {
-        write(&path, &[PolyData::from_surface(0.0, &common::surface(0.0, 3))]);
+        write(&path, &[PolyData::from_surface(0.0, common::surface(0.0, 3))]);
         let file = hdf5::File::open_rw(&path).unwrap();
         file.dataset(dataset).unwrap().write_slice(&[value], 0..1).unwrap();
         file.close().unwrap();
@@ -154,7 +180,7 @@ fn tampered_numbers_are_errors() {
         assert!(!error.problem.is_empty(), "{dataset}");
     }
     // A dataset that claims more than the file can hold does not make the reader ask for it.
-    write(&path, &[PolyData::from_surface(0.0, &common::surface(0.0, 3))]);
+    write(&path, &[PolyData::from_surface(0.0, common::surface(0.0, 3))]);
     let file = hdf5::File::open_rw(&path).unwrap();
     file.dataset("VTKHDF/Points").unwrap().resize((1 << 50, 3)).unwrap();
     file.dataset("VTKHDF/NumberOfPoints").unwrap().write_slice(&[1_i64 << 50], 0..1).unwrap();
@@ -166,7 +192,7 @@ fn tampered_numbers_are_errors() {
 fn a_cut_off_file_is_an_error() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a.vtkhdf");
-    write(&path, &[PolyData::from_surface(0.0, &common::surface(0.0, 5))]);
+    write(&path, &[PolyData::from_surface(0.0, common::surface(0.0, 5))]);
     let bytes = std::fs::read(&path).unwrap();
     for part in [0, 100, bytes.len() / 2, bytes.len() - 1] {
         std::fs::write(&path, &bytes[..part]).unwrap();
@@ -221,7 +247,7 @@ proptest! {
     fn flipped_bytes_never_panic(at in 0.0..1.0, value in any::<u8>()) {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.vtkhdf");
-        write(&path, &[PolyData::from_surface(0.0, &common::surface(0.0, 3))]);
+        write(&path, &[PolyData::from_surface(0.0, common::surface(0.0, 3))]);
         let mut bytes = std::fs::read(&path).unwrap();
         let i = (at * bytes.len() as f64) as usize;
         bytes[i] = value;

@@ -36,7 +36,7 @@ impl Fixed {
     }
 
     /// Replaces the rates of held components by those of their motion; what holds them is a reaction,
-    /// and if it moves it does work.
+    /// and if it moves it does work. `du` may be empty.
     pub fn hold(&self, t: f64, mass: &[f64], du: &mut [f64], dv: &mut [f64], sums: &mut ForceSums) {
         let n = mass.len();
         for p in &self.particles {
@@ -46,7 +46,9 @@ impl Fixed {
                 let reaction = -mass[p.particle] * dv[at];
                 sums.reaction[i] += reaction;
                 sums.power += reaction * velocity[i];
-                du[at] = velocity[i];
+                if let Some(du) = du.get_mut(at) {
+                    *du = velocity[i];
+                }
                 dv[at] = 0.0;
             }
         }

@@ -111,17 +111,19 @@ pub struct Mirror {
     folds: Folds,
     groups: Vec<Group>,
     starts: Vec<u32>,
-    ghosts: Vec<Seen>,
+    seen: Vec<Seen>,
     /// The different ghosts but for their partners: lattice and images of it leave few distances.
     kinds: Vec<Ghost>,
 }
 
-/// A ghost in the neighbourhood of a particle, in short.
+/// Ghosts in the neighbourhood of a particle that follow each other along x, in short.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
+    /// Partner of the first; the others' follow.
     partner: u32,
-    /// Which of the kinds.
+    /// Which of the kinds the first is; the others' follow.
     kind: u32,
+    count: u32,
 }
 
 impl Mirror {
@@ -141,13 +143,26 @@ impl Mirror {
         for group in &mut groups {
             group.folded = group.planes.iter().all(|&p| of_plane[p].is_some());
         }
-        let (mut starts, mut ghosts) = (vec![0], Vec::new());
-        let (mut kinds, mut number_of) = (Vec::new(), HashMap::new());
+        let (mut starts, mut seen): (_, Vec<Seen>) = (vec![0], Vec::new());
+        // Kinds that follow each other along x have following numbers.
+        let nothing = Ghost {
+            partner: 0,
+            group: 0,
+            w: 0.0,
+            x: Vec3::zeros(),
+            reflection: Vec3::zeros(),
+            sign: Vec3::zeros(),
+        };
+        let reach = (support / lattice.spacing).ceil() as isize + 1;
+        let row = vec![nothing; 2 * reach as usize + 1];
+        let (mut kinds, mut rows) = (Vec::new(), HashMap::new());
         for (a, x_a) in positions.iter().enumerate() {
             let cell = lattice.coordinates(a).map(|c| c as isize);
             for (g, group) in groups.iter().enumerate() {
                 let (reflection, sign) = (group.reflection, group.sign);
                 let image = group.image(&planes, x_a);
+                let middle =
+                    ((group.image(&planes, &origin).x - origin.x) / lattice.spacing).round() as isize;
                 // |x_ghost(m) - x_a| = |x_m - image of a|: search around the image.
                 let low: [isize; 3] = std::array::from_fn(|i| {
                     ((image[i] - origin[i] - support) / lattice.spacing - 0.5).ceil() as isize
@@ -166,32 +181,63 @@ impl Mirror {
                                 let apart: [isize; 3] = std::array::from_fn(|axis| {
                                     [i, j, k][axis] - reflection[axis] as isize * cell[axis]
                                 });
-                                let kind = *number_of.entry((g, apart)).or_insert_with(|| {
-                                    let w = kernel.gradient_weight(r);
-                                    kinds.push(Ghost { partner: 0, group: g as u32, w, x, reflection, sign });
-                                    kinds.len() as u32 - 1
+                                let first = *rows.entry((g, apart[1], apart[2])).or_insert_with(|| {
+                                    kinds.extend_from_slice(&row);
+                                    kinds.len() - row.len()
                                 });
-                                ghosts.push(Seen { partner: m as u32, kind });
+                                let kind = first + (apart[0] - middle + reach) as usize;
+                                if kinds[kind].w == 0.0 {
+                                    let w = kernel.gradient_weight(r);
+                                    kinds[kind] =
+                                        Ghost { partner: 0, group: g as u32, w, x, reflection, sign };
+                                }
+                                let kind = kind as u32;
+                                let first = starts[a] as usize;
+                                match seen[first..].last_mut() {
+                                    Some(s)
+                                        if s.partner + s.count == m as u32 && s.kind + s.count == kind =>
+                                    {
+                                        s.count += 1;
+                                    }
+                                    _ => seen.push(Seen { partner: m as u32, kind, count: 1 }),
+                                }
                             }
                         }
                     }
                 }
             }
-            starts.push(ghosts.len() as u32);
+            starts.push(seen.len() as u32);
             debug_assert_eq!(starts.len(), a + 2);
         }
         let of_plane: Vec<Fold> = of_plane.into_iter().flatten().collect();
         let folds = Folds::new(&of_plane);
-        ghosts.shrink_to_fit();
-        Self { planes, folds, groups, starts, ghosts, kinds }
+        seen.shrink_to_fit();
+        Self { planes, folds, groups, starts, seen, kinds }
     }
 
     /// The ghosts that particle `a` sees.
     #[inline(always)]
-    pub fn ghosts_of(&self, a: usize) -> impl ExactSizeIterator<Item = Ghost> + '_ {
-        let here =
-            if self.ghosts.is_empty() { 0..0 } else { self.starts[a] as usize..self.starts[a + 1] as usize };
-        self.ghosts[here].iter().map(|g| Ghost { partner: g.partner, ..self.kinds[g.kind as usize] })
+    pub fn ghosts_of(&self, a: usize) -> impl Iterator<Item = Ghost> + '_ {
+        self.seen_by(a).iter().flat_map(|s| {
+            (0..s.count).map(|i| {
+                let kind = &self.kinds[(s.kind + i) as usize];
+                Ghost { partner: s.partner + i, ..*kind }
+            })
+        })
+    }
+
+    /// Whether particle `a` sees a ghost.
+    pub fn has_ghosts(&self, a: usize) -> bool {
+        !self.seen_by(a).is_empty()
+    }
+
+    #[inline(always)]
+    fn seen_by(&self, a: usize) -> &[Seen] {
+        if self.seen.is_empty() {
+            &[]
+        } else {
+            &self.seen[self.starts[a] as usize..self.starts[a + 1] as usize]
+        }
     }
 
     /// The planes that the sums of the lattice know of.
@@ -212,7 +258,7 @@ impl Mirror {
 
     /// Whether there is any ghost.
     pub fn is_empty(&self) -> bool {
-        self.ghosts.is_empty()
+        self.seen.is_empty()
     }
 
     /// Number of groups.

@@ -34,9 +34,6 @@ struct Cluster {
     inverse: Matrix4<f64>,
 }
 
-/// A panel and its corners, with the cell of its centre.
-type Sorted = ([i64; 3], (Panel, [Vec3; 3]));
-
 /// What a cluster's load does: a force W_a (A^T p(x_a)) on each particle, if there is any.
 type Pattern = Option<Matrix4x3<f64>>;
 
@@ -103,14 +100,15 @@ impl Skin {
         carriers: &Carriers<'_>,
         wanted: impl Fn(&[i64; 3]) -> bool,
     ) -> Self {
-        let mut sorted: Vec<Sorted> = Vec::new();
-        for_each_panel(surface, EDGE * spacing, |panel, corners| {
+        // Sorted by number, and visited again for what they are: they are as many as particles of a large body.
+        let mut sorted: Vec<([i64; 3], usize)> = Vec::new();
+        for_each_panel(surface, EDGE * spacing, |panel, _| {
             let cell = cell_of(&panel, spacing);
             if wanted(&cell) {
-                sorted.push((cell, (panel, *corners)));
+                sorted.push((cell, sorted.len()));
             }
         });
-        sorted.par_sort_by_key(|(cell, _)| *cell);
+        sorted.par_sort_unstable();
         let ranges: Vec<Range<usize>> = sorted
             .chunk_by(|a, b| a.0 == b.0)
             .scan(0, |end, chunk| {
@@ -119,7 +117,21 @@ impl Skin {
                 Some(start..*end)
             })
             .collect();
-        let (panels, corners): (Vec<Panel>, Vec<[Vec3; 3]>) = sorted.into_iter().map(|(_, p)| p).unzip();
+        let mut place = vec![0; sorted.len()];
+        for (k, (_, number)) in sorted.into_iter().enumerate() {
+            place[number] = k;
+        }
+        let nowhere = SurfacePoint { x: Vec3::zeros(), normal: Vec3::zeros(), area: 0.0 };
+        let mut panels = vec![Panel { centre: nowhere, edge: 0.0 }; place.len()];
+        let mut corners = vec![[Vec3::zeros(); 3]; place.len()];
+        let mut places = place.into_iter();
+        for_each_panel(surface, EDGE * spacing, |panel, at| {
+            if wanted(&cell_of(&panel, spacing))
+                && let Some(k) = places.next()
+            {
+                (panels[k], corners[k]) = (panel, *at);
+            }
+        });
         let middle = |range: &Range<usize>| {
             let members = || panels[range.clone()].iter().map(|p| &p.centre);
             members().map(|p| p.x * p.area).sum::<Vec3>() / members().map(|p| p.area).sum::<f64>()

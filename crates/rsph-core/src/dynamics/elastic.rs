@@ -13,7 +13,7 @@ use crate::boundary::nodal_load::NodalLoad;
 use crate::lattice::Lattice;
 use crate::material::{Material, Tangent};
 use crate::moments::Moments;
-use crate::ops::{self, PAIR_COMPONENTS};
+use crate::ops::PAIR_COMPONENTS;
 use crate::particles::{Column, Field, Particles};
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use crate::tiles::Tile;
@@ -54,11 +54,11 @@ pub struct Elastic {
 /// Derived fields that every evaluation of the rates reuses.
 #[derive(Clone, Debug)]
 struct Workspace {
-    /// V (u + T v), tiled field of 3.
+    /// V (u + T v), tiled field of 3; after the second sweep its sums, unless `adjoint` holds them.
     q: Vec<Tile>,
     /// T_a and the force that needs no neighbour's T, tiled field of 12.
     pair: Vec<Tile>,
-    /// sum w T_b X, tiled field of 3.
+    /// sum w T_b X, tiled field of 3, where walls that move still need q; empty elsewhere.
     adjoint: Vec<Tile>,
     /// (1 - s) u_D of each ghost group, and its rate.
     offset: Vec<Vec3>,
@@ -85,7 +85,7 @@ impl Elastic {
         let work = Workspace {
             q: lattice.tiles.field(3),
             pair: lattice.tiles.field(PAIR_COMPONENTS),
-            adjoint: lattice.tiles.field(3),
+            adjoint: if mirror.moves() { lattice.tiles.field(3) } else { Vec::new() },
             offset: vec![Vec3::zeros(); groups],
             offset_rate: vec![Vec3::zeros(); groups],
             sums: vec![ForceSums::default(); n.div_ceil(PARTICLES_A_SUM)],
@@ -139,7 +139,7 @@ impl Elastic {
         self.work.offset_rate.fill(Vec3::zeros());
         self.spread(x, None);
         self.stress_sweep();
-        ops::adjoint_sums(&self.lattice, self.mirror.folds(), &self.work.pair, &mut self.work.adjoint);
+        self.adjoint_sweep();
         let (yx, yyz) = y.split_at_mut(n);
         let (yy, yz) = yyz.split_at_mut(n);
         let chunk = PARTICLES_A_SUM;
@@ -175,7 +175,7 @@ impl Elastic {
             out[..6].copy_from_slice(&SymTensor::symmetric_part(g).0);
             out
         });
-        self.gather_pair(6)
+        self.gather_pair(0..6)
     }
 
     /// Gradient grad u in the undeformed body of every particle.
@@ -183,7 +183,7 @@ impl Elastic {
         self.mirror.offsets(&mut self.work.offset, |m| m.displacement(t));
         self.spread(u, None);
         self.visit_gradient(|g| std::array::from_fn(|i| if i < 9 { g[(i / 3, i % 3)] } else { 0.0 }));
-        let (n, values) = (self.len(), self.gather_pair(9));
+        let (n, values) = (self.len(), self.gather_pair(0..9));
         (0..n).map(|a| Mat3::from_fn(|i, j| values[(3 * i + j) * n + a])).collect()
     }
 }
@@ -191,6 +191,10 @@ impl Elastic {
 impl Dynamics for Elastic {
     fn integrated(&self) -> &'static [Field] {
         &[Field::Displacement, Field::Velocity]
+    }
+
+    fn moves_with_velocity(&self) -> bool {
+        true
     }
 
     fn rates(&mut self, t: f64, particles: &Particles, rates: &mut [Column]) -> ForceSums {
@@ -203,10 +207,12 @@ impl Dynamics for Elastic {
 
         self.spread(u.values(), Some((v.values(), relaxation_time)));
         self.stress_sweep(); // Eqs. (10), (13), (5)
-        ops::adjoint_sums(&self.lattice, self.mirror.folds(), &self.work.pair, &mut self.work.adjoint); // Eq. (12)
+        self.adjoint_sweep(); // Eq. (12)
 
         let [du, dv] = rates else { unreachable!("two integrated columns") };
-        du.values_mut().copy_from_slice(v.values()); // Eq. (4)
+        if !du.is_empty() {
+            du.values_mut().copy_from_slice(v.values()); // Eq. (4)
+        }
         let mut sums = std::mem::take(&mut self.work.sums);
         let (ax, ayz) = dv.values_mut().split_at_mut(n);
         let (ay, az) = ayz.split_at_mut(n);
@@ -257,33 +263,43 @@ impl Dynamics for Elastic {
     }
 
     fn derive(&mut self, t: f64, particles: &mut Particles) {
+        self.derive_some(t, &[Field::Density, Field::Strain, Field::Stress, Field::VonMises], particles);
+    }
+
+    fn derive_some(&mut self, t: f64, wanted: &[Field], particles: &mut Particles) {
         let n = self.len();
+        let wants = |field| wanted.contains(&field);
         let relaxation_time = self.material.relaxation_time();
         let u = particles.column(Field::Displacement).clone();
         let v = particles.column(Field::Velocity).clone();
-        let strain = self.strain(t, u.values());
-        // Stress at the effective strain e + T de/dt, Eq. (5).
-        self.mirror.offsets(&mut self.work.offset, |m| m.displacement(t) + m.velocity(t) * relaxation_time);
-        self.spread(u.values(), Some((v.values(), relaxation_time)));
-        let material = Arc::clone(&self.material);
-        self.visit_gradient(|g| {
-            let mut out = [0.0; PAIR_COMPONENTS];
-            let sigma = material.stress(SymTensor::symmetric_part(g));
-            out[..6].copy_from_slice(&sigma.0);
-            out[6] = sigma.von_mises();
-            out
-        });
-        let mut stress = self.gather_pair(7);
-        let von_mises = stress.split_off(6 * n);
-        // Eq. (1) on the lattice of the last remesh: d(ln rho)/dt = -tr(de/dt).
-        let volume = particles.column(Field::Volume).values();
-        let density = (0..n)
-            .map(|a| self.mass[a] / volume[a] * (-(strain[a] + strain[n + a] + strain[2 * n + a])).exp())
-            .collect();
-        particles.set(Field::Density, Column::from_vec(density, n));
-        particles.set(Field::Strain, Column::from_vec(strain, n));
-        particles.set(Field::Stress, Column::from_vec(stress, n));
-        particles.set(Field::VonMises, Column::from_vec(von_mises, n));
+        if wants(Field::Strain) || wants(Field::Density) {
+            let strain = self.strain(t, u.values());
+            // Eq. (1) on the lattice of the last remesh: d(ln rho)/dt = -tr(de/dt).
+            let volume = particles.column(Field::Volume).values();
+            let density = (0..n)
+                .map(|a| self.mass[a] / volume[a] * (-(strain[a] + strain[n + a] + strain[2 * n + a])).exp())
+                .collect();
+            particles.set(Field::Density, Column::from_vec(density, n));
+            particles.set(Field::Strain, Column::from_vec(strain, n));
+        }
+        if wants(Field::Stress) || wants(Field::VonMises) {
+            // Stress at the effective strain e + T de/dt, Eq. (5).
+            self.mirror
+                .offsets(&mut self.work.offset, |m| m.displacement(t) + m.velocity(t) * relaxation_time);
+            self.spread(u.values(), Some((v.values(), relaxation_time)));
+            let material = Arc::clone(&self.material);
+            self.visit_gradient(|g| {
+                let mut out = [0.0; PAIR_COMPONENTS];
+                let sigma = material.stress(SymTensor::symmetric_part(g));
+                out[..6].copy_from_slice(&sigma.0);
+                out[6] = sigma.von_mises();
+                out
+            });
+            if wants(Field::Stress) {
+                particles.set(Field::Stress, Column::from_vec(self.gather_pair(0..6), n));
+            }
+            particles.set(Field::VonMises, Column::from_vec(self.gather_pair(6..7), n));
+        }
     }
 
     fn energy(&mut self, t: f64, particles: &Particles) -> Energy {

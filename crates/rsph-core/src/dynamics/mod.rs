@@ -44,6 +44,12 @@ pub trait Dynamics: std::fmt::Debug + Send + Sync {
         Account { conserves_mass: true, sums_dissipation: false }
     }
 
+    /// Whether the displacement is integrated before the velocity, which is its rate wherever [`Dynamics::impose`]
+    /// does not set it: the column of this rate may then be empty.
+    fn moves_with_velocity(&self) -> bool {
+        false
+    }
+
     /// Rates of change of the integrated columns at time `t`, in the order of
     /// [`Dynamics::integrated`].
     fn rates(&mut self, t: f64, particles: &Particles, rates: &mut [Column]) -> ForceSums;
@@ -53,6 +59,12 @@ pub trait Dynamics: std::fmt::Debug + Send + Sync {
 
     /// Adds the derived columns (strain, stress, density, ...) to a copy of the state.
     fn derive(&mut self, t: f64, particles: &mut Particles);
+
+    /// Adds at least those of the derived columns.
+    fn derive_some(&mut self, t: f64, wanted: &[Field], particles: &mut Particles) {
+        let _ = wanted;
+        self.derive(t, particles);
+    }
 
     /// The loads on its particles; `None`: it has no place for loads.
     fn loads_mut(&mut self) -> Option<&mut Vec<NodalLoad>> {

@@ -67,7 +67,7 @@ mod tests {
         particles.set(Field::Reference, Column::from_vectors(&points));
         particles.set(Field::Displacement, Column::zeros(3, points.len()));
         let mut flow = Prescribed { flow: Flow { velocity: VelocityField::Leveque, reversal: Some(1.257) } };
-        let mut integrator = RungeKutta4::new(&flow, &particles);
+        let mut integrator = RungeKutta4::default();
         let (steps, mut largest) = (60, 0.0_f64);
         for k in 0..steps {
             let dt = 1.257 / f64::from(steps);

@@ -110,23 +110,28 @@ impl Solid {
         let body = sample(shape, setup.resolution, &alignment)?;
         let dx = body.grid.spacing;
         let bounds = shape.bounds();
-        let (undeformed, laid) = Undeformed::new(&body, 0.5 * (bounds.min + bounds.max))
+        let anew = setup.remesh.trigger != RemeshTrigger::Never;
+        let (undeformed, laid) = Undeformed::new(&body, 0.5 * (bounds.min + bounds.max), anew)
             .map_err(|e| InvalidInput::new("body.spacing", dx, e.to_string(), "choose a larger spacing"))?;
-        let (n, positions) = (laid.nodes.len(), &laid.undeformed);
+        let notes = left_out(&body, shape);
+        let Body { level_set, surface: zero_surface, cells, fraction, .. } = body;
+        drop((cells, fraction));
+        let n = laid.len();
 
-        let holds = tag::holds(&setup.boundaries, positions, dx, &solver, cut)?;
+        let holds = tag::holds(&setup.boundaries, &laid.positions(), dx, &solver, cut)?;
         check_walls(setup, &holds)?;
         let mut elastic = laid.elastic(setup, &undeformed.lattice, &holds, 0.0)?;
         elastic.loads = laid.loads(setup, &elastic, None)?;
-        let cloud = laid.cloud(dx);
+        let positions = laid.positions();
+        let cloud = Cloud::new(&positions, dx);
         let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
-        let probes = setup
-            .probes
-            .iter()
-            .enumerate()
-            .map(|(i, p)| TaggedProbe::new(i, p, shape, positions, &laid.volume, dx, weights))
-            .collect::<Result<Vec<_>, _>>()?;
-        let surface_weights = weights(&body.surface.vertices);
+        let probe = |(i, p)| {
+            let probe = TaggedProbe::new(i, p, shape, &positions, &laid.volume, dx, weights)?;
+            Ok(if anew { probe } else { probe.settled() })
+        };
+        let probes = setup.probes.iter().enumerate().map(probe).collect::<Result<Vec<_>, _>>()?;
+        let surface_weights = weights(&zero_surface.vertices);
+        drop(cloud);
 
         let limit = step_limit(&mut elastic);
         let pace = choose_pace(setup, &limit, solver.formulation == Formulation::Adjoint)?;
@@ -145,17 +150,17 @@ impl Solid {
             volume: laid.volume.iter().sum(),
             shape_volume: shape.volume(),
             load: elastic.loads.iter().map(NodalLoad::total).sum(),
-            notes: left_out(&body, shape).into_iter().chain(pace.notes).collect(),
+            notes: notes.into_iter().chain(pace.notes).collect(),
         };
 
         let mut particles = Particles::new(n);
-        particles.set(Field::Reference, Column::from_vectors(positions));
-        let at = |f: &VectorField| Column::from_vectors(&f.at_all(positions));
+        particles.set(Field::Reference, laid.reference.clone());
+        let at = |f: &VectorField| Column::from_vectors(&f.at_all(&positions));
         particles.set(Field::Displacement, at(&setup.initial.displacement));
         particles.set(Field::Velocity, at(&setup.initial.velocity));
         particles.set(Field::Mass, Column::shared(Arc::clone(&elastic.mass), n));
         particles.set(Field::Volume, Column::shared(Arc::clone(&laid.volume), n));
-        particles.set(Field::LevelSet, Column::from_vec(body.level_set, n));
+        particles.set(Field::LevelSet, Column::from_vec(level_set, n));
         if solver.formulation == Formulation::Paper {
             let strain = elastic.strain(0.0, particles.column(Field::Displacement).values());
             particles.set(Field::Strain, Column::from_vec(strain, n));
@@ -166,12 +171,12 @@ impl Solid {
         let model = Box::new(Self {
             setup: setup.clone(),
             spacing: dx,
-            zero_surface: body.surface,
+            zero_surface,
             holds,
             undeformed,
             laid_at: matter.gradient_for(setup, &particles, 0.0),
             laid_with: None,
-            laid,
+            laid: if anew { laid } else { laid.for_good() },
             matter,
             skin: None,
             probes,
@@ -193,7 +198,7 @@ impl Solid {
         let anew = self.undeformed.lay(
             setup,
             &self.holds,
-            (&self.laid.nodes, particles),
+            (&self.laid.nodes(), particles),
             self.dynamics().integrated(),
             time,
         )?;
@@ -203,16 +208,16 @@ impl Solid {
         let level_set = if restore {
             let (nodes, undeformed) = &anew.around;
             let phi = level_set::carried(shape, undeformed);
-            level_set::restored(&self.undeformed.lattice, nodes, &phi, &laid.nodes)
+            level_set::restored(&self.undeformed.lattice, nodes, &phi, &laid.nodes())
         } else {
-            level_set::carried(shape, &laid.undeformed)
+            level_set::carried(shape, &laid.positions())
         };
-        new.set(Field::LevelSet, Column::from_vec(level_set, laid.nodes.len()));
+        new.set(Field::LevelSet, Column::from_vec(level_set, laid.len()));
         // The interpolation leaves a little momentum behind, or makes some.
         let lost = momentum(particles) - momentum(&new);
         let missing = lost / total_mass(&new);
         for (values, missing) in
-            new.column_mut(Field::Velocity).values_mut().chunks_mut(laid.nodes.len()).zip(missing.iter())
+            new.column_mut(Field::Velocity).values_mut().chunks_mut(laid.len()).zip(missing.iter())
         {
             for v in values {
                 *v += missing;
@@ -294,10 +299,18 @@ impl Model for Solid {
 
     fn add_probe(&mut self, probe: &Probe) -> Result<(), InvalidInput> {
         let (index, dx) = (self.setup.probes.len(), self.spacing);
-        let (positions, volume) = (&self.laid.undeformed, &self.laid.volume);
-        let cloud = self.laid.cloud(dx);
+        let (positions, volume) = (self.laid.positions(), &self.laid.volume);
+        let cloud = Cloud::new(&positions, dx);
         let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
-        self.probes.push(TaggedProbe::new(index, probe, &*self.setup.shape, positions, volume, dx, weights)?);
+        self.probes.push(TaggedProbe::new(
+            index,
+            probe,
+            &*self.setup.shape,
+            &positions,
+            volume,
+            dx,
+            weights,
+        )?);
         self.setup.probes.push(probe.clone());
         Ok(())
     }
@@ -314,7 +327,8 @@ impl Model for Solid {
     fn readings(&mut self, particles: &Particles, time: f64) -> Vec<Reading> {
         let reference = particles.column(Field::Reference).share();
         if !Arc::ptr_eq(&self.probed, &reference) {
-            let cloud = self.laid.cloud(self.spacing).sharp();
+            let positions = self.laid.positions();
+            let cloud = Cloud::new(&positions, self.spacing).sharp();
             for probe in &mut self.probes {
                 probe.find(particles.len(), |points| PointWeights::new(&cloud, points));
             }
@@ -323,7 +337,13 @@ impl Model for Solid {
             self.probed = reference;
         }
         let mut readings = Vec::new();
-        let derived = self.probes.iter().any(|p| !p.reads_state()).then(|| self.derived(particles, time));
+        let wanted: Vec<Field> =
+            self.probes.iter().filter(|p| !p.reads_state()).map(TaggedProbe::field).collect();
+        let derived = (!wanted.is_empty()).then(|| {
+            let mut derived = particles.clone();
+            self.dynamics_mut().derive_some(time, &wanted, &mut derived);
+            derived
+        });
         for probe in &self.probes {
             probe.read(derived.as_ref().unwrap_or(particles), &mut readings);
         }

@@ -6,7 +6,7 @@
 //! names, for twice the space on the disk while the run goes on.
 
 use super::atomic::{beside, sync, sync_folder};
-use super::polydata::{Cells, PolyData};
+use super::polydata::{Frame, PolyData};
 use super::vtkhdf::{VtkHdfError, VtkHdfWriter, visit_steps};
 use crate::sink::SinkError;
 use std::fs;
@@ -25,7 +25,7 @@ pub struct FramesFile {
     /// The second copy.
     spare: PathBuf,
     /// Frames that are not in the file yet, and their size.
-    waiting: Vec<PolyData>,
+    waiting: Vec<Box<dyn Frame>>,
     waiting_bytes: usize,
     /// Whether there is a second copy, which lacks the frames that were stored last.
     copied: bool,
@@ -100,8 +100,8 @@ impl FramesFile {
     ///
     /// # Errors
     /// When it can not be stored.
-    pub fn append(&mut self, frame: PolyData) -> Result<(), SinkError> {
-        self.waiting_bytes += size(&frame);
+    pub fn append(&mut self, frame: Box<dyn Frame>) -> Result<(), SinkError> {
+        self.waiting_bytes += size(&*frame);
         self.waiting.push(frame);
         if self.waiting_bytes > MOST_BYTES { self.store() } else { self.tick() }
     }
@@ -170,7 +170,7 @@ impl FramesFile {
             fs::copy(&self.path, &self.spare).map_err(|e| SinkError::io(&self.path, e))?;
             VtkHdfWriter::open(&self.spare)?
         };
-        Ok(self.waiting.iter().try_for_each(|frame| copy.append(frame))?)
+        Ok(self.waiting.iter().try_for_each(|frame| copy.append(&**frame))?)
     }
 
     /// Makes the second copy the file, and the file the second copy. There is a file at every moment.
@@ -201,10 +201,7 @@ impl From<VtkHdfError> for SinkError {
 }
 
 /// Bytes of a frame in memory.
-fn size(frame: &PolyData) -> usize {
-    let cells = match &frame.cells {
-        Cells::Vertices => 0,
-        Cells::Triangles(t) => 12 * t.len(),
-    };
-    24 * frame.points.len() + cells + frame.fields.iter().map(|f| 8 * f.values.len()).sum::<usize>()
+fn size(frame: &dyn Frame) -> usize {
+    let values: usize = frame.fields().iter().map(|(_, components)| components).sum();
+    8 * (3 + values) * frame.point_count() + 12 * frame.triangles().map_or(0, <[_]>::len)
 }

@@ -129,7 +129,10 @@ fn remove_ends(folder: &Path) -> Result<(), SinkError> {
 impl RunSink for RunWriters {
     fn take(&mut self, event: Event) -> Result<(), SinkError> {
         match event {
-            Event::Frame(frame) => self.frame(&frame.0, &frame.1, &frame.2),
+            Event::Frame(frame) => {
+                let (snapshot, surface, conservation) = *frame;
+                self.frame(snapshot, surface, &conservation)
+            }
             Event::Sample(time, readings, now) => self.sample(time, &readings, &now),
             Event::Tick => self.tick(),
             Event::Checkpoint(state) => self.checkpoint(state),
@@ -146,16 +149,16 @@ impl RunWriters {
     /// When it can not be stored.
     pub fn frame(
         &mut self,
-        snapshot: &Snapshot,
-        surface: &Surface,
+        snapshot: Snapshot,
+        surface: Surface,
         conservation: &Conservation,
     ) -> Result<(), SinkError> {
         let surface = PolyData::from_surface(snapshot.time, surface);
         self.report.frame(&surface);
-        self.particles.append(PolyData::from_snapshot(snapshot))?;
-        self.surface.append(surface)?;
-        self.last = *conservation;
         self.particle_count = snapshot.len();
+        self.particles.append(Box::new(snapshot))?;
+        self.surface.append(Box::new(surface))?;
+        self.last = *conservation;
         self.frames += 1;
         Ok(())
     }
@@ -206,7 +209,7 @@ impl RunWriters {
     /// When it can not be stored.
     pub fn wreck(&mut self, snapshot: &Snapshot) -> Result<(), SinkError> {
         let path = self.folder.join(POST_MORTEM);
-        Ok(VtkHdfWriter::create(&path)?.append(&PolyData::from_snapshot(snapshot))?)
+        Ok(VtkHdfWriter::create(&path)?.append(snapshot)?)
     }
 
     /// Closes everything.

@@ -1,7 +1,7 @@
 //! VTP (VTK XML `PolyData`): one moment as one small file that every VTK program opens.
 
 use super::atomic;
-use super::polydata::{Cells, PolyData};
+use super::polydata::{Cells, Frame, PolyData};
 use crate::sink::SinkError;
 use base64::prelude::{BASE64_STANDARD, Engine};
 use std::fmt::Write;

@@ -215,6 +215,7 @@ fn frame(sink: &mut dyn RunSink, books: &mut Books, s: &mut Simulation) -> Resul
     if books.last_frame.replace(s.step_count()) == Some(s.step_count()) {
         return Ok(());
     }
+    s.rest();
     let snapshot = s.snapshot();
     let surface = s.surface(&snapshot);
     sink.take(Event::Frame(Box::new((snapshot, surface, s.conservation()))))

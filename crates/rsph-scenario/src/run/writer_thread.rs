@@ -9,12 +9,18 @@ use std::thread::JoinHandle;
 const QUEUE: usize = 4096;
 /// Frames and checkpoints that may wait: those of a large body are large.
 const FRAMES: usize = 1;
+/// Frames and checkpoints of more bytes than this are waited for: beside the next steps they would take as much
+/// memory as the steps themselves, and writing them takes no longer than a step or two.
+const AWAITED: usize = 64 << 20;
+
+/// Is dropped when an event has been written.
+type Written = SyncSender<()>;
 
 /// Hands everything on to another sink, in order. What that can not store is an error of the next call.
 #[derive(Debug)]
 pub struct WriterThread {
     folder: PathBuf,
-    results: Option<SyncSender<Event>>,
+    results: Option<SyncSender<(Event, Option<Written>)>>,
     /// Holds one token for each frame and checkpoint on its way.
     frames: SyncSender<()>,
     thread: Option<JoinHandle<Result<(), SinkError>>>,
@@ -36,8 +42,18 @@ impl WriterThread {
     }
 
     fn send(&mut self, event: Event) -> Result<(), SinkError> {
+        let (written, wait) = sync_channel(0);
+        let awaited = size(&event) > AWAITED;
+        let event = (event, awaited.then_some(written));
         let sent = self.results.as_ref().is_some_and(|results| results.send(event).is_ok());
-        if sent { Ok(()) } else { self.join().and(Err(self.gone())) }
+        if !sent {
+            return self.join().and(Err(self.gone()));
+        }
+        if awaited {
+            // Ends when the other end is dropped.
+            let _ = wait.recv();
+        }
+        Ok(())
     }
 
     /// Waits for everything to be written.
@@ -58,10 +74,10 @@ impl WriterThread {
 /// Writes results until the last.
 fn write(
     mut sink: Box<dyn RunSink>,
-    queue: &Receiver<Event>,
+    queue: &Receiver<(Event, Option<Written>)>,
     written: &Receiver<()>,
 ) -> Result<(), SinkError> {
-    for event in queue {
+    for (event, _awaited) in queue {
         if is_large(&event) {
             // The next one may set out while this one is written.
             let _ = written.try_recv();
@@ -69,6 +85,16 @@ fn write(
         sink.take(event)?;
     }
     Ok(())
+}
+
+/// Bytes of what is large.
+fn size(event: &Event) -> usize {
+    let values: usize = match event {
+        Event::Frame(frame) => frame.0.columns().map(|(_, column)| column.values().len()).sum(),
+        Event::Checkpoint(state) => state.reals().map(|(_, values)| values.len()).sum(),
+        _ => 0,
+    };
+    8 * values
 }
 
 /// Whether few of it may wait.

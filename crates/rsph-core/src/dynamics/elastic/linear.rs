@@ -76,7 +76,7 @@ impl Constants {
         let tiles = &lattice.tiles;
         let bulk = Bulk::new(lattice);
         let mut near_wall = vec![false; tiles.len()];
-        for a in (0..lattice.len()).filter(|a| mirror.ghosts_of(*a).len() > 0) {
+        for a in (0..lattice.len()).filter(|a| mirror.has_ghosts(*a)) {
             near_wall[tiles.place(a).0] = true;
         }
         let of_tiles: Vec<_> = (0..tiles.len())

@@ -8,6 +8,7 @@ use crate::ops::{self, PAIR_COMPONENTS, Plain};
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use crate::tiles::{LANES, Tile, Tiles};
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Tiles that one task spreads.
 const TILES_A_TASK: usize = 128;
@@ -125,6 +126,7 @@ impl Elastic {
                         q.0[l] = shifted[l] * volume[l];
                     }
                 } else {
+                    q.0 = [0.0; LANES];
                     let occupied = (0..LANES).filter(|l| mask >> l & 1 == 1);
                     occupied.zip(z).for_each(|(l, z)| q.0[l] = z * volume[l]);
                 }
@@ -192,6 +194,13 @@ impl Elastic {
         });
     }
 
+    /// From T_a to the sums of the second sweep, the adjoint of the gradient.
+    pub(super) fn adjoint_sweep(&mut self) {
+        let Workspace { q, pair, adjoint, .. } = &mut self.work;
+        let out = if adjoint.is_empty() { q } else { adjoint };
+        ops::adjoint_sums(&self.lattice, self.mirror.folds(), pair, out);
+    }
+
     /// T of particle `a` after [`Self::stress_sweep`].
     #[inline(always)]
     fn pair_tensor(&self, a: usize) -> Mat3 {
@@ -207,13 +216,15 @@ impl Elastic {
         let [fx, fy, fz] = force;
         let mut power = 0.0;
         let others = self.mirror.has_others();
+        let Workspace { q, adjoint, .. } = &self.work;
+        let sums = if adjoint.is_empty() { q } else { adjoint };
         let moving = self.work.offset_rate.iter().any(|rate| *rate != Vec3::zeros());
         self.lattice.tiles.for_each_run(first..first + fx.len(), |a, t, lane, count| {
             let at = a - first;
             let volume = self.constants.volume(t);
             for (i, f) in [&mut *fx, &mut *fy, &mut *fz].into_iter().enumerate() {
                 let own = &self.work.pair[t * PAIR_COMPONENTS + 9 + i].0;
-                let adjoint = &self.work.adjoint[t * 3 + i].0;
+                let adjoint = &sums[t * 3 + i].0;
                 let f = &mut f[at..at + count];
                 if let Ok(f) = <&mut [f64; LANES]>::try_from(&mut *f) {
                     for l in 0..LANES {
@@ -275,14 +286,14 @@ impl Elastic {
         self.mirror.ghosts_of(a).map(of_ghost).sum()
     }
 
-    /// The first `components` of the tiled field `pair`, component by component.
-    pub(super) fn gather_pair(&self, components: usize) -> Vec<f64> {
+    /// Those components of the tiled field `pair`, component by component.
+    pub(super) fn gather_pair(&self, components: Range<usize>) -> Vec<f64> {
         let n = self.len();
-        let mut values = vec![0.0; components * n];
+        let mut values = vec![0.0; components.len() * n];
         for a in 0..n {
             let (t, lane) = self.lattice.tiles.place(a);
-            for c in 0..components {
-                values[c * n + a] = self.work.pair[t * PAIR_COMPONENTS + c].0[lane];
+            for (k, c) in components.clone().enumerate() {
+                values[k * n + a] = self.work.pair[t * PAIR_COMPONENTS + c].0[lane];
             }
         }
         values

@@ -28,7 +28,7 @@ const WORST_VOLUME: f64 = 0.1;
 pub(super) struct Undeformed {
     /// The lattice, of all remeshes.
     pub lattice: NodeLattice<3>,
-    /// Inside fractions of the cells that hold particles.
+    /// Inside fractions of the cells that hold particles; of none if they stay where they are.
     fraction: NodeValues<3>,
     /// Volume of the particles.
     volume: f64,
@@ -79,22 +79,23 @@ pub(super) struct Anew {
 }
 
 impl Undeformed {
-    /// That of a sampled body, with its nodes.
+    /// That of a sampled body with its particles, which are laid `anew` or stay where they are.
     ///
     /// # Errors
     /// A lattice that memory does not hold.
-    pub fn new(body: &Body, centre: Vec3) -> Result<(Self, Laid), RemeshError> {
+    pub fn new(body: &Body, centre: Vec3, anew: bool) -> Result<(Self, Laid), RemeshError> {
         let dx = body.grid.spacing;
         let lattice = NodeLattice { origin: body.grid.origin, spacing: dx };
-        let nodes: Vec<[i64; 3]> = body.cells.iter().map(|c| c.map(|i| i as i64)).collect();
-        let volume: Vec<f64> = body.fraction.iter().map(|f| f * dx.powi(3)).collect();
-        let undeformed = body.cells.iter().map(|c| body.grid.centre(*c)).collect();
-        let fraction = NodeValues::from_nodes(lattice, &nodes, 1, &body.fraction)?;
-        let total = volume.iter().sum();
-        Ok((
-            Self { lattice, fraction, volume: total, centre },
-            Laid { nodes, undeformed, volume: Arc::new(volume) },
-        ))
+        let nodes = body.cells.iter().map(|c| c.map(|i| i as i64));
+        let volume = body.fraction.iter().map(|f| f * dx.powi(3));
+        let undeformed: Vec<Vec3> = body.cells.iter().map(|c| body.grid.centre(*c)).collect();
+        let laid = Laid::new(nodes, &undeformed, volume);
+        let fraction = if anew {
+            NodeValues::from_nodes(lattice, &laid.nodes(), 1, &body.fraction)?
+        } else {
+            NodeValues { lattice, rows: Vec::new(), columns: 1, values: Vec::new() }
+        };
+        Ok((Self { lattice, fraction, volume: laid.volume.iter().sum(), centre }, laid))
     }
 
     /// How much of a cell around `x` lies inside: between the cells of the lattice, their mean by overlap.
@@ -173,12 +174,12 @@ impl Undeformed {
         }
         let folded = fold(&mut shares, &keep, FOLD_REACH);
 
-        let volume = kept.iter().map(|(_, number)| shares.values[*number] * dx.powi(3)).collect();
-        let mut laid = Laid {
-            nodes: kept.iter().map(|(k, _)| arrived.nodes[*k]).collect(),
-            undeformed: kept.iter().map(|(k, _)| place(*k).1).collect(),
-            volume: Arc::new(volume),
-        };
+        let undeformed: Vec<Vec3> = kept.iter().map(|(k, _)| place(*k).1).collect();
+        let mut laid = Laid::new(
+            kept.iter().map(|(k, _)| arrived.nodes[*k]),
+            &undeformed,
+            kept.iter().map(|(_, number)| shares.values[*number] * dx.powi(3)),
+        );
         let len = kept.len();
         if len == 0 {
             return Err(LayError::Volume(1.0));
@@ -206,7 +207,7 @@ impl Undeformed {
         for (a, g) in gradient.iter().enumerate() {
             let share = (Mat3::identity() - g).determinant();
             if share.is_nan() || share <= 0.0 {
-                return Err(LayError::Inverted(laid.undeformed[a]));
+                return Err(LayError::Inverted(undeformed[a]));
             }
             volume[a] *= share;
         }
@@ -218,7 +219,7 @@ impl Undeformed {
             *v *= scale;
         }
         let elastic = self.deformed(setup, &laid, holds, time, u)?;
-        new.set(Field::Reference, Column::from_vectors(&laid.undeformed));
+        new.set(Field::Reference, laid.reference.clone());
         new.set(Field::Mass, Column::shared(Arc::clone(&elastic.mass), len));
         new.set(Field::Volume, Column::shared(Arc::clone(&laid.volume), len));
         let folded_mass = folded.moved[0] * dx.powi(3) * setup.material.density();
@@ -226,6 +227,7 @@ impl Undeformed {
         let around = (arrived.nodes, undeformed);
         Ok(Anew { around, laid, elastic, particles: new, folded_mass, rescaling: scale - 1.0 })
     }
+
     /// The dynamics, without loads, of particles that were laid anew at `time` with the displacement `u`.
     ///
     /// # Errors
@@ -243,7 +245,9 @@ impl Undeformed {
         elastic.stretch = gradient
             .iter()
             .enumerate()
-            .map(|(a, g)| (Mat3::identity() - g).try_inverse().ok_or(LayError::Inverted(laid.undeformed[a])))
+            .map(|(a, g)| {
+                (Mat3::identity() - g).try_inverse().ok_or(LayError::Inverted(laid.reference.vector(a)))
+            })
             .collect::<Result<_, _>>()?;
         Ok(elastic)
     }

@@ -16,7 +16,7 @@ pub(super) fn save(solid: &Solid, state: &mut State) {
         state.put_vectors("body/listed_at", paper.listed_at());
     }
     if let Some((time, u)) = &solid.laid_with {
-        state.put_whole("body/nodes", solid.laid.nodes.as_flattened());
+        state.put_whole("body/nodes", solid.laid.nodes().as_flattened());
         state.put("body/laid_time", [*time]);
         state.share("body/laid_displacement", u.share());
     }
@@ -27,14 +27,13 @@ pub(super) fn restore(solid: &mut Solid, state: &State, particles: &Particles) -
     let n = particles.len();
     let reference = particles.column(Field::Reference);
     if state.has("body/nodes") {
-        let nodes = state.whole_of("body/nodes", 3 * n)?.as_chunks::<3>().0.to_vec();
+        let nodes = state.whole_of("body/nodes", 3 * n)?;
+        if !nodes.iter().all(|i| i32::try_from(*i).is_ok()) {
+            return Err(damaged("body/nodes", "names a node that no lattice has"));
+        }
         let [time] = state.numbers("body/laid_time")?;
         let u = state.real_of("body/laid_displacement", 3 * n)?.to_vec();
-        solid.laid = Laid {
-            nodes,
-            undeformed: (0..n).map(|a| reference.vector(a)).collect(),
-            volume: particles.column(Field::Volume).share(),
-        };
+        solid.laid = Laid::with_columns(nodes.as_chunks::<3>().0, particles);
         let (setup, laid) = (&solid.setup, &solid.laid);
         let mut elastic = solid
             .undeformed
@@ -43,9 +42,10 @@ pub(super) fn restore(solid: &mut Solid, state: &State, particles: &Particles) -
         elastic.loads = laid.loads(setup, &elastic, None)?;
         solid.matter = Matter::new(setup, elastic);
         solid.laid_with = Some((time, crate::particles::Column::from_vec(u, n)));
-    } else if n != solid.laid.nodes.len() {
+    } else if n != solid.laid.len() {
         return Err(damaged("body/nodes", "is missing"));
     } else {
+        solid.laid.reference = reference.clone();
         // Weights found for the sampled particles stay good.
         solid.probed = reference.share();
         solid.surface.1 = reference.share();

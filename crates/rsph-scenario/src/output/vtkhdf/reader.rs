@@ -3,7 +3,7 @@
 
 use super::{CELL_GROUPS, POLYGONS, VERTICES, VtkHdfError};
 use crate::output::foreign;
-use crate::output::polydata::{Cells, PointField, PolyData};
+use crate::output::polydata::{Cells, Frame, PointField, PolyData};
 use hdf5::{Dataset, File, Group, H5Type};
 use std::ops::Range;
 use std::path::Path;

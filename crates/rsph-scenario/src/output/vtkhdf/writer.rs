@@ -1,7 +1,7 @@
 //! The writer: appends frames and flushes after each one.
 
 use super::{CELL_GROUPS, POLYGONS, VERTICES, VtkHdfError};
-use crate::output::polydata::{Cells, PointField, PolyData};
+use crate::output::polydata::Frame;
 use hdf5::types::FixedAscii;
 use hdf5::{Dataset, Extent, File, Group, H5Type, SimpleExtents};
 use std::collections::HashMap;
@@ -84,9 +84,10 @@ impl VtkHdfWriter {
     ///
     /// # Errors
     /// When the frame is inconsistent, has other fields than the first one, or can not be stored.
-    pub fn append(&mut self, frame: &PolyData) -> Result<(), VtkHdfError> {
+    pub fn append(&mut self, frame: &dyn Frame) -> Result<(), VtkHdfError> {
         frame.check().map_err(|what| self.refuse(what))?;
-        let mut fields: Vec<_> = frame.fields.iter().map(|f| (f.name.clone(), f.components)).collect();
+        let mut fields: Vec<_> =
+            frame.fields().into_iter().map(|(name, components)| (name.to_owned(), components)).collect();
         fields.sort();
         match &self.fields {
             Some(first) if *first != fields => {
@@ -94,7 +95,7 @@ impl VtkHdfWriter {
             }
             Some(_) => {}
             None => {
-                self.attempt(|open| create_fields(open, &frame.fields))?;
+                self.attempt(|open| create_fields(open, frame))?;
                 self.fields = Some(fields);
             }
         }
@@ -176,52 +177,55 @@ fn layout(open: &mut Open) -> hdf5::Result<()> {
     open.file.flush()
 }
 
-fn create_fields(open: &mut Open, fields: &[PointField]) -> hdf5::Result<()> {
+fn create_fields(open: &mut Open, frame: &dyn Frame) -> hdf5::Result<()> {
     let (data, offsets) = (open.root.group("PointData")?, open.root.group("Steps/PointDataOffsets")?);
-    for f in fields {
-        let columns = (f.components > 1).then_some(f.components);
-        dataset::<f64>(&data, &f.name, columns, POINT_CHUNK)?;
-        dataset::<i64>(&offsets, &f.name, None, STEP_CHUNK)?;
+    for (name, components) in frame.fields() {
+        let columns = (components > 1).then_some(components);
+        dataset::<f64>(&data, name, columns, POINT_CHUNK)?;
+        dataset::<i64>(&offsets, name, None, STEP_CHUNK)?;
     }
     Ok(())
 }
 
 /// Appends frame number `step`. The data come first and the number of steps last: a reader never sees half a frame.
-fn write(open: &mut Open, frame: &PolyData, step: i64) -> hdf5::Result<()> {
-    let n = frame.points.len() as i64;
-    let start = append_rows(open.dataset("Points")?, &frame.points)?;
-    append(open.dataset("NumberOfPoints")?, &[n])?;
+fn write(open: &mut Open, frame: &dyn Frame, step: i64) -> hdf5::Result<()> {
+    let n = frame.point_count();
+    let start = append_pieces(open.dataset("Points")?, n, |here, out| frame.put_points(here, out))?;
+    append(open.dataset("NumberOfPoints")?, &[n as i64])?;
     append(open.dataset("Steps/PointOffsets")?, &[start])?;
-    for f in &frame.fields {
-        let start = append_field(open.dataset(&format!("PointData/{}", f.name))?, f)?;
-        append(open.dataset(&format!("Steps/PointDataOffsets/{}", f.name))?, &[start])?;
+    for (i, (name, _)) in frame.fields().into_iter().enumerate() {
+        let dataset = open.dataset(&format!("PointData/{name}"))?;
+        let start = append_pieces(dataset, n, |here, out| frame.put_values(i, here, out))?;
+        append(open.dataset(&format!("Steps/PointDataOffsets/{name}"))?, &[start])?;
     }
 
     let (mut cells, mut ids) = ([0_i64; 4], [0_i64; 4]);
     for (i, name) in CELL_GROUPS.iter().enumerate() {
-        let (offsets, connectivity): (Vec<i64>, Vec<i64>) = match &frame.cells {
-            Cells::Vertices if i == VERTICES => ((0..=n).collect(), (0..n).collect()),
-            Cells::Triangles(t) if i == POLYGONS => (
-                (0..=t.len() as i64).map(|k| 3 * k).collect(),
-                t.iter().flatten().map(|&p| i64::from(p)).collect(),
-            ),
-            _ => (vec![0], Vec::new()),
+        // Cells of that kind and corners of each.
+        let (count, corners) = match frame.triangles() {
+            None if i == VERTICES => (n, 1),
+            Some(t) if i == POLYGONS => (t.len(), 3),
+            _ => (0, 1),
         };
-        let mut of = |quantity: &str, values: &[i64]| -> hdf5::Result<i64> {
-            append(open.dataset(&format!("{name}/{quantity}"))?, values)
+        let mut of = |quantity: &str, rows: usize, put: &mut dyn FnMut(Range<usize>, &mut Vec<i64>)| {
+            append_pieces(open.dataset(&format!("{name}/{quantity}"))?, rows, put)
         };
         // A list of c cells has c + 1 offsets, and readers add one entry a part themselves.
-        cells[i] = of("Offsets", &offsets)? - step;
-        ids[i] = of("Connectivity", &connectivity)?;
-        of("NumberOfCells", &[offsets.len() as i64 - 1])?;
-        of("NumberOfConnectivityIds", &[connectivity.len() as i64])?;
+        let offset = |here: Range<usize>, out: &mut Vec<i64>| out.extend(here.map(|k| (corners * k) as i64));
+        cells[i] = of("Offsets", count + 1, &mut { offset })? - step;
+        ids[i] = of("Connectivity", corners * count, &mut |here, out| match frame.triangles() {
+            None => out.extend(here.map(|k| k as i64)),
+            Some(t) => out.extend(t.as_flattened()[here].iter().map(|&p| i64::from(p))),
+        })?;
+        of("NumberOfCells", 1, &mut |_, out| out.push(count as i64))?;
+        of("NumberOfConnectivityIds", 1, &mut |_, out| out.push((corners * count) as i64))?;
     }
-    append_rows(open.dataset("Steps/CellOffsets")?, &[cells])?;
-    append_rows(open.dataset("Steps/ConnectivityIdOffsets")?, &[ids])?;
+    append(open.dataset("Steps/CellOffsets")?, &cells)?;
+    append(open.dataset("Steps/ConnectivityIdOffsets")?, &ids)?;
 
     append(open.dataset("Steps/PartOffsets")?, &[step])?;
     append(open.dataset("Steps/NumberOfParts")?, &[1_i64])?;
-    append(open.dataset("Steps/Values")?, &[frame.time])?;
+    append(open.dataset("Steps/Values")?, &[frame.time()])?;
     open.file.flush()?;
     open.root.group("Steps")?.attr("NSteps")?.write_scalar(&(step + 1))?;
     open.file.flush()
@@ -248,27 +252,55 @@ fn dataset<T: H5Type>(
     }
 }
 
-/// Appends to a list; returns where the new part begins.
-fn append<T: H5Type>(dataset: &Dataset, values: &[T]) -> hdf5::Result<i64> {
-    let start = dataset.size();
-    if !values.is_empty() {
-        dataset.resize(start + values.len())?;
-        dataset.write_slice(values, start..start + values.len())?;
+/// Appends one value to a list or one row to a table; returns where it stands.
+fn append<T: H5Type + Copy>(dataset: &Dataset, row: &[T]) -> hdf5::Result<i64> {
+    append_pieces(dataset, 1, |_, out| out.extend_from_slice(row))
+}
+
+/// Appends `rows` rows to a list or table, of which `put` gives those of a range at a time; returns where the new
+/// part begins.
+fn append_pieces<T: H5Type>(
+    dataset: &Dataset,
+    rows: usize,
+    mut put: impl FnMut(Range<usize>, &mut Vec<T>),
+) -> hdf5::Result<i64> {
+    let shape = dataset.shape();
+    let (start, columns) = (shape.first().copied().unwrap_or(0), shape.get(1).copied());
+    let (mut done, mut piece) = (0, Vec::new());
+    if rows > 0 {
+        match columns {
+            None => dataset.resize(start + rows)?,
+            Some(columns) => dataset.resize((start + rows, columns))?,
+        }
+    }
+    while done < rows {
+        let next = rows.min(done + ROWS_AT_ONCE);
+        piece.clear();
+        put(done..next, &mut piece);
+        let here = start + done..start + next;
+        match columns {
+            None => dataset.write_slice(&piece, here)?,
+            Some(2) => write_rows::<T, 2>(dataset, &piece, here)?,
+            Some(3) => write_rows::<T, 3>(dataset, &piece, here)?,
+            Some(4) => write_rows::<T, 4>(dataset, &piece, here)?,
+            Some(6) => write_rows::<T, 6>(dataset, &piece, here)?,
+            Some(9) => write_rows::<T, 9>(dataset, &piece, here)?,
+            Some(c) => return Err(format!("rows of {c} values; 1, 2, 3, 6 or 9 can be stored").into()),
+        }
+        done = next;
     }
     Ok(start as i64)
 }
 
-/// Appends rows to a table; returns where the new part begins.
-fn append_rows<T: H5Type, const C: usize>(dataset: &Dataset, rows: &[[T; C]]) -> hdf5::Result<i64> {
-    let start = dataset.shape().first().copied().unwrap_or(0);
-    if !rows.is_empty() {
-        dataset.resize((start + rows.len(), C))?;
-        dataset.write_slice::<_, T, _, _>(rows, (start..start + rows.len(), ..))?;
-    }
-    Ok(start as i64)
+fn write_rows<T: H5Type, const C: usize>(
+    dataset: &Dataset,
+    values: &[T],
+    rows: Range<usize>,
+) -> hdf5::Result<()> {
+    dataset.write_slice::<_, T, _, _>(values.as_chunks::<C>().0, (rows, ..))
 }
 
-/// Rows that are copied at once.
+/// Rows that are written or copied at once.
 const ROWS_AT_ONCE: usize = 32 * POINT_CHUNK;
 
 /// Appends the rows of a list or table that `to` has not.
@@ -297,17 +329,6 @@ fn copy_part<T: H5Type>(from: &Dataset, to: &Dataset, rows: Range<usize>) -> hdf
     let part = from.read_slice_2d::<T, _>((rows.clone(), ..))?;
     to.resize((rows.end, part.ncols()))?;
     to.write_slice(&part, (rows, ..))
-}
-
-fn append_field(dataset: &Dataset, field: &PointField) -> hdf5::Result<i64> {
-    match field.components {
-        1 => append(dataset, &field.values),
-        2 => append_rows(dataset, field.values.as_chunks::<2>().0),
-        3 => append_rows(dataset, field.values.as_chunks::<3>().0),
-        6 => append_rows(dataset, field.values.as_chunks::<6>().0),
-        9 => append_rows(dataset, field.values.as_chunks::<9>().0),
-        c => Err(format!("field `{}` has {c} components; 1, 2, 3, 6 or 9 can be stored", field.name).into()),
-    }
 }
 
 fn write_error(path: &Path, e: &hdf5::Error) -> VtkHdfError {

@@ -47,7 +47,7 @@ impl Exact {
         particles.set(Field::Reference, Column::from_vectors(&points));
         particles.set(Field::Displacement, Column::zeros(3, points.len()));
         let mut flow = Prescribed { flow: Flow { velocity: VelocityField::Leveque, reversal: None } };
-        let mut integrator = RungeKutta4::new(&flow, &particles);
+        let mut integrator = RungeKutta4::default();
         let steps = (time / TRACING_STEP).round();
         if steps < 1.0 {
             return Err(format!("no step fits into {time}"));
