@@ -169,12 +169,6 @@ impl Pairs {
         self.starts[a]..self.starts[a + 1]
     }
 
-    /// The neighbour of a pair by its number.
-    #[inline(always)]
-    pub fn neighbour(&self, number: usize) -> usize {
-        self.neighbours[number] as usize
-    }
-
     /// Neighbours of particle `a`.
     #[inline(always)]
     pub fn of(&self, a: usize) -> &[u32] {

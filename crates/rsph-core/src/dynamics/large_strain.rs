@@ -2,10 +2,11 @@
 //! the particles. The force is the exact derivative of a discrete energy of the positions.
 
 pub mod body;
-pub mod columns;
 pub mod configuration;
+mod energy;
 pub mod equilibrium;
 pub mod ghosts;
+pub mod points;
 pub mod remeshing;
 mod state;
 pub mod sweeps;
@@ -17,12 +18,16 @@ use crate::error::InvalidInput;
 use crate::material::{FiniteStrain, Material};
 use crate::particles::{Column, Field, Particles};
 use crate::tensor::{Mat3, SymTensor, Vec3};
-use columns::Packed;
 use configuration::Configuration;
+use points::Points;
 use rayon::prelude::*;
 use std::cmp::Ordering;
+use std::f64::consts::TAU;
 use std::sync::Arc;
-use sweeps::Stressed;
+use sweeps::{Gradients, Hourglass};
+
+/// Particles that one partial sum covers: fixed, so that sums do not depend on the thread count.
+const PARTICLES_A_SUM: usize = 512;
 
 /// A body at large strain, in the plane (`D` = 2: plane strain) or in space.
 #[derive(Clone, Debug)]
@@ -39,35 +44,29 @@ pub struct LargeStrain<const D: usize> {
     pub material: Arc<dyn Material>,
     /// alpha (lambda + 2 mu): stiffness of the hourglass term.
     pub hourglass: f64,
+    /// F_0^-1 of each particle.
+    undo: Vec<Mat3>,
     work: Workspace,
 }
 
-/// Fields that every evaluation reuses. Those of points hold ghosts behind the particles.
+/// Fields that every evaluation reuses.
 #[derive(Clone, Debug)]
 struct Workspace {
-    /// x of points.
-    x: Vec<Vec3>,
-    /// v of points.
-    v: Vec<Vec3>,
-    /// x + T v of points.
-    effective: Vec<Vec3>,
+    /// All points, ghosts behind the particles.
+    points: Points,
     /// F of particles.
     f: Vec<Mat3>,
     /// dF/dt of particles.
     f_rate: Vec<Mat3>,
-    /// F + T dF/dt of particles.
-    f_effective: Vec<Mat3>,
-    piola: Vec<Mat3>,
-    tensor: Vec<Mat3>,
     /// Internal force on points; ghosts' are folded into the particles'.
     force: Vec<Vec3>,
     energy: Vec<f64>,
-    load: Vec<f64>,
-    packed: Packed,
+    /// What loads and boundaries do to each `PARTICLES_A_SUM` particles.
+    sums: Vec<ForceSums>,
 }
 
 /// Positions and velocities of points.
-struct Points {
+struct Moment {
     x: Vec<Vec3>,
     v: Vec<Vec3>,
 }
@@ -90,24 +89,19 @@ impl<const D: usize> LargeStrain<D> {
                 "take \"neo-hookean\"",
             ));
         }
-        let (n, points) = (configuration.len, configuration.nodes.len());
-        let (zero, none) = (Vec3::zeros(), Mat3::zeros());
+        let (n, none) = (configuration.len, Mat3::zeros());
         let work = Workspace {
-            x: vec![zero; points],
-            v: vec![zero; points],
-            effective: vec![zero; points],
+            points: Points::new(&configuration),
             f: vec![none; n],
             f_rate: vec![none; n],
-            f_effective: vec![none; n],
-            piola: vec![none; n],
-            tensor: vec![none; n],
-            force: vec![zero; points],
+            force: vec![Vec3::zeros(); configuration.nodes.len()],
             energy: vec![0.0; n],
-            load: vec![0.0; 3 * n],
-            packed: Packed::default(),
+            sums: vec![ForceSums::default(); n.div_ceil(PARTICLES_A_SUM)],
         };
         let density = material.density();
+        let inverse = |f: &Mat3| f.try_inverse().unwrap_or_else(Mat3::zeros);
         Ok(Self {
+            undo: configuration.first_gradient.iter().map(inverse).collect(),
             mass: configuration.reference_volume.iter().map(|v| v * density).collect(),
             hourglass: hourglass_weight * material.p_wave_modulus(),
             configuration,
@@ -128,103 +122,84 @@ impl<const D: usize> LargeStrain<D> {
         self.configuration.is_empty()
     }
 
-    /// The law for large strain.
-    pub fn law(&self) -> &dyn FiniteStrain {
-        match self.material.finite_strain() {
-            Some(law) => law,
-            None => unreachable!("checked when the body was made"),
-        }
+    /// Moves the particles to x with velocities v, `to(a)` = (x, v), and the planes to where they are at time `t`.
+    fn set(&mut self, t: f64, to: impl Fn(usize) -> (Vec3, Vec3) + Sync) {
+        self.configuration.ghosts.set_time(t);
+        self.work.points.set(&self.configuration, to);
     }
 
-    /// Takes positions of the particles, and with them ghosts and deformation gradients.
-    fn take_positions(&mut self, position: impl Fn(usize) -> Vec3) {
-        let (c, w) = (&self.configuration, &mut self.work);
-        w.x.iter_mut().take(c.len).enumerate().for_each(|(a, x)| *x = position(a));
-        c.ghosts.mirror_positions(&c.nodes, &mut w.x);
-        c.deformation(&w.x, &mut w.packed, &mut w.f);
+    /// F and dF/dt of where the particles were set, and sources of force for the stress `law`(F, dF/dt) and the
+    /// hourglass term of the field x + `of_companion` v.
+    fn gradients(&mut self, of_companion: f64, law: &(impl Fn(&Mat3, &Mat3) -> Mat3 + Sync)) {
+        let hourglass = Hourglass { stiffness: self.hourglass, of_position: 1.0, of_companion };
+        let (w, c) = (&mut self.work, &self.configuration);
+        w.points.gradients(c, hourglass, law, Gradients { f: &mut w.f, f_rate: &mut w.f_rate });
     }
 
-    /// Takes velocities of the particles, and with them the rates of the deformation gradients.
-    fn take_velocities(&mut self, velocity: impl Fn(usize) -> Vec3) {
-        let (c, w) = (&self.configuration, &mut self.work);
-        w.v.iter_mut().take(c.len).enumerate().for_each(|(a, v)| *v = velocity(a));
-        c.ghosts.mirror_velocities(&mut w.v);
-        c.gradients(&w.v, &mut w.packed, &mut w.f_rate);
+    /// F and dF/dt alone.
+    fn strain(&mut self) {
+        self.gradients(0.0, &|_, _| Mat3::zeros());
     }
 
     /// Positions and velocities of all points, ghosts included, from those of the particles at time `t`, and
     /// the deformation gradients of that moment.
-    fn all_points(&mut self, t: f64, x: &[Vec3], v: &[Vec3]) -> Points {
-        self.configuration.ghosts.set_time(t);
-        self.take_positions(|a| x[a]);
-        self.take_velocities(|a| v[a]);
-        Points { x: self.work.x.clone(), v: self.work.v.clone() }
+    fn all_points(&mut self, t: f64, x: &[Vec3], v: &[Vec3]) -> Moment {
+        self.set(t, |a| (x[a], v[a]));
+        self.strain();
+        Moment { x: self.work.points.positions(), v: self.work.points.velocities() }
     }
 
-    /// Internal force of the stresses in `work.piola` and of the field and gradient that were taken; returns
-    /// the power of moving planes.
-    fn sum_forces(&mut self, viscous: bool) -> f64 {
+    /// Internal force of what the gradients have made; returns the power of moving planes.
+    fn sum_forces(&mut self) -> f64 {
         let (c, w) = (&self.configuration, &mut self.work);
-        let (field, gradient) = if viscous { (&w.effective, &w.f_effective) } else { (&w.x, &w.f) };
-        let stressed = Stressed { piola: &w.piola, hourglass: self.hourglass, field, gradient };
-        c.pair_tensors(&stressed, &mut w.packed, &mut w.tensor);
-        c.forces(&stressed, &w.tensor, &mut w.packed, &mut w.force); // Eq. (12)
+        w.points.forces(c, &mut w.force); // Eq. (12)
         c.ghosts.fold_forces(&mut w.force)
     }
 
     /// Elastic force on the particles at rest at the positions `x` while planes are where they are at time
     /// `t`, and the elastic energy (infinite where the body is turned inside out).
     pub fn elastic_force(&mut self, t: f64, x: &[Vec3], force: &mut [Vec3]) -> f64 {
-        self.configuration.ghosts.set_time(t);
-        self.take_positions(|a| x[a]);
-        let energy = self.elastic_energy();
-        let mut piola = std::mem::take(&mut self.work.piola);
-        let (law, f) = (self.law(), &self.work.f);
-        piola.par_iter_mut().zip(f).for_each(|(p, f)| *p = law.first_piola(f));
-        self.work.piola = piola;
-        self.sum_forces(false);
+        self.set(t, |a| (x[a], Vec3::zeros()));
+        let material = Arc::clone(&self.material);
+        let law = law_of(&*material);
+        self.gradients(0.0, &|f, _| law.first_piola(f));
+        self.sum_forces();
         force.copy_from_slice(&self.work.force[..self.len()]);
-        energy
+        self.elastic_energy()
     }
 
-    /// Elastic energy at the positions that were taken.
+    /// Elastic energy where the particles were set, F being known.
     fn elastic_energy(&mut self) -> f64 {
-        let mut energy = std::mem::take(&mut self.work.energy);
-        let w = &self.work;
-        self.configuration.energies(self.law(), self.hourglass, &w.x, &w.f, &mut energy);
-        self.work.energy = energy;
-        self.work.energy.iter().sum()
+        let (c, w) = (&self.configuration, &mut self.work);
+        w.points.energies(c, law_of(&*self.material), self.hourglass, &w.f, &mut w.energy);
+        w.energy.iter().sum()
     }
 
     /// Change of the elastic force when the particles change places by `dx`, at the positions of the last
     /// [`Self::elastic_force`]: minus the stiffness times `dx`.
     pub fn tangent_force(&mut self, dx: &[Vec3], force: &mut [Vec3]) {
-        let n = self.len();
-        let Some(law) = self.material.finite_strain() else { unreachable!("checked when the body was made") };
+        let law = law_of(&*self.material);
         let (c, w) = (&self.configuration, &mut self.work);
-        w.v[..n].copy_from_slice(dx);
-        c.ghosts.mirror_changes(&mut w.v);
-        c.gradients(&w.v, &mut w.packed, &mut w.f_rate);
-        let stiff = |(p, (f, df)): (&mut Mat3, (&Mat3, &Mat3))| *p = law.tangent(f, df);
-        w.piola.par_iter_mut().zip(w.f.par_iter().zip(&w.f_rate)).for_each(stiff);
-        let stressed =
-            Stressed { piola: &w.piola, hourglass: self.hourglass, field: &w.v, gradient: &w.f_rate };
-        c.pair_tensors(&stressed, &mut w.packed, &mut w.tensor);
-        c.forces(&stressed, &w.tensor, &mut w.packed, &mut w.force);
-        c.ghosts.fold_forces(&mut w.force);
-        force.copy_from_slice(&w.force[..n]);
+        w.points.set_changes(c, dx);
+        let hourglass = Hourglass { stiffness: self.hourglass, of_position: 0.0, of_companion: 1.0 };
+        let out = Gradients { f: &mut w.f, f_rate: &mut w.f_rate };
+        w.points.gradients(c, hourglass, &|f, df| law.tangent(f, df), out);
+        self.sum_forces();
+        force.copy_from_slice(&self.work.force[..self.len()]);
     }
 
     /// Forces on the particles in equilibrium with the uniform first Piola-Kirchhoff stress `p`, component by
     /// component: p times the discrete reference area vectors.
     pub fn surface_forces(&mut self, p: &Mat3) -> Vec<Vec3> {
-        let (c, w) = (&self.configuration, &mut self.work);
-        w.piola.fill(*p);
-        let stressed = Stressed { piola: &w.piola, hourglass: 0.0, field: &w.x, gradient: &w.f };
-        c.pair_tensors(&stressed, &mut w.packed, &mut w.tensor);
-        c.forces(&stressed, &w.tensor, &mut w.packed, &mut w.force);
-        c.ghosts.fold_forces(&mut w.force);
-        w.force[..c.len].iter().map(|f| -f).collect()
+        let c = &self.configuration;
+        let none = vec![Mat3::zeros(); c.len];
+        let out = Gradients { f: &mut none.clone(), f_rate: &mut none.clone() };
+        let hourglass = Hourglass { stiffness: 0.0, of_position: 0.0, of_companion: 0.0 };
+        // At the nodes, where nothing can be amiss.
+        self.work.points.set(c, |a| (c.nodes[a], Vec3::zeros()));
+        self.work.points.gradients(c, hourglass, &|_, _| *p, out);
+        self.sum_forces();
+        self.work.force[..self.len()].iter().map(|f| -f).collect()
     }
 
     /// Deformation gradients F at the last evaluation.
@@ -235,22 +210,25 @@ impl<const D: usize> LargeStrain<D> {
     /// A particle that is turned inside out, det F <= 0, at the last evaluation.
     pub fn inverted(&self) -> Option<usize> {
         // What is not a number was turned inside out a stage before.
-        self.work.f.iter().position(|f| f.determinant().partial_cmp(&0.0) != Some(Ordering::Greater))
+        let turned = |f: &Mat3| f.determinant().partial_cmp(&0.0) != Some(Ordering::Greater);
+        self.work.f.par_iter().with_min_len(PARTICLES_A_SUM).position_first(turned)
     }
 
     /// Smallest and largest singular value of F_inc, the deformation since the last remesh, at the last
     /// evaluation.
     pub fn stretches_since_remesh(&self) -> (f64, f64) {
-        let stretch = |a: usize| {
-            let inverse = self.configuration.first_gradient[a].try_inverse().unwrap_or_else(Mat3::zeros);
-            let f = self.work.f[a] * inverse;
-            let squares = (f.transpose() * f).symmetric_eigenvalues();
-            (squares.min().max(0.0).sqrt(), squares.max().sqrt())
-        };
-        (0..self.len())
+        let chunk = PARTICLES_A_SUM;
+        let (low, high) = (self.work.f.par_chunks(chunk), self.undo.par_chunks(chunk))
             .into_par_iter()
-            .map(stretch)
-            .reduce(|| (1.0, 1.0), |p, q| (p.0.min(q.0), p.1.max(q.1)))
+            .map(|(f, undo)| {
+                f.iter().zip(undo).fold((1.0_f64, 1.0_f64), |(low, high), (f, undo)| {
+                    let f = f * undo;
+                    let (smallest, largest) = extreme_eigenvalues(&(f.transpose() * f));
+                    (low.min(smallest), high.max(largest))
+                })
+            })
+            .reduce(|| (1.0, 1.0), |p, q| (p.0.min(q.0), p.1.max(q.1)));
+        (low.max(0.0).sqrt(), high.sqrt())
     }
 }
 
@@ -266,38 +244,41 @@ impl<const D: usize> Dynamics for LargeStrain<D> {
             particles.column(Field::Displacement),
             particles.column(Field::Velocity),
         );
-        self.configuration.ghosts.set_time(t);
-        self.take_positions(|a| reference.vector(a) + u.vector(a)); // Eqs. (10), (13)
-        self.take_velocities(|a| v.vector(a));
-        let relaxation_time = self.material.relaxation_time();
-        let mut w = std::mem::take(&mut self.work.piola);
-        let law = self.law();
-        w.par_iter_mut().zip(self.work.f.par_iter().zip(&self.work.f_rate)).for_each(|(p, (f, f_rate))| {
-            *p = law.first_piola(f) + law.viscous_piola(f, f_rate);
-        });
-        self.work.piola = w;
-        let w = &mut self.work;
-        let z = w.effective.par_iter_mut().zip(w.x.par_iter().zip(&w.v));
-        z.for_each(|(z, (x, v))| *z = x + v * relaxation_time);
-        let g = w.f_effective.par_iter_mut().zip(w.f.par_iter().zip(&w.f_rate));
-        g.for_each(|(g, (f, f_rate))| *g = f + f_rate * relaxation_time);
-        let mut total = ForceSums { power: self.sum_forces(true), ..ForceSums::default() };
+        self.set(t, |a| (reference.vector(a) + u.vector(a), v.vector(a)));
+        let material = Arc::clone(&self.material);
+        let law = law_of(&*material);
+        let stress = |f: &Mat3, f_rate: &Mat3| law.first_piola(f) + law.viscous_piola(f, f_rate);
+        self.gradients(material.relaxation_time(), &stress); // Eqs. (10), (13)
+        let planes = ForceSums { power: self.sum_forces(), ..ForceSums::default() };
 
-        NodalLoad::sum(&self.loads, t, &mut self.work.load);
         let [du, dv] = rates else { unreachable!("two integrated columns") };
         du.values_mut().copy_from_slice(v.values()); // Eq. (4)
-        let acceleration = dv.values_mut();
-        for a in 0..n {
-            let (internal, load) = (self.work.force[a], vector(&self.work.load, n, a));
-            total.reaction += internal;
-            total.load += load;
-            total.power += load.dot(&v.vector(a));
-            let dv = (internal + load) / self.mass[a]; // Eq. (2)
-            for i in 0..3 {
-                acceleration[i * n + a] = dv[i];
-            }
-        }
-        self.fixed.hold(t, &self.mass, du.values_mut(), acceleration, &mut total);
+        let (ax, ayz) = dv.values_mut().split_at_mut(n);
+        let (ay, az) = ayz.split_at_mut(n);
+        let (w, loads, mass) = (&mut self.work, &self.loads, &self.mass);
+        let chunk = PARTICLES_A_SUM;
+        let internal = w.force[..n].par_chunks(chunk);
+        (ax.par_chunks_mut(chunk), ay.par_chunks_mut(chunk), az.par_chunks_mut(chunk), internal, &mut w.sums)
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(i, (ax, ay, az, internal, sum))| {
+                let first = i * chunk;
+                *sum = ForceSums::default();
+                ax.fill(0.0);
+                ay.fill(0.0);
+                az.fill(0.0);
+                NodalLoad::add(loads, t, n, first, [&mut *ax, &mut *ay, &mut *az]);
+                for (k, internal) in internal.iter().enumerate() {
+                    let (a, load) = (first + k, Vec3::new(ax[k], ay[k], az[k]));
+                    sum.reaction += internal;
+                    sum.load += load;
+                    sum.power += load.dot(&v.vector(a));
+                    let acceleration = (internal + load) / mass[a]; // Eq. (2)
+                    [ax[k], ay[k], az[k]] = acceleration.into();
+                }
+            });
+        let mut total = w.sums.iter().fold(planes, |total, sum| total.add_scaled(1.0, sum));
+        self.fixed.hold(t, &self.mass, du.values_mut(), dv.values_mut(), &mut total);
         total
     }
 
@@ -317,12 +298,11 @@ impl<const D: usize> Dynamics for LargeStrain<D> {
             particles.column(Field::Displacement).clone(),
             particles.column(Field::Velocity).clone(),
         );
-        self.configuration.ghosts.set_time(t);
-        self.take_positions(|a| reference.vector(a) + u.vector(a));
-        self.take_velocities(|a| v.vector(a));
+        self.set(t, |a| (reference.vector(a) + u.vector(a), v.vector(a)));
+        self.strain();
         let (mut strain, mut stress) = (vec![0.0; 6 * n], vec![0.0; 6 * n]);
         let (mut density, mut von_mises) = (vec![0.0; n], vec![0.0; n]);
-        let law = self.law();
+        let law = law_of(&*self.material);
         for (a, (f, f_rate)) in self.work.f.iter().zip(&self.work.f_rate).enumerate() {
             let j = f.determinant();
             let piola = law.first_piola(f) + law.viscous_piola(f, f_rate);
@@ -347,11 +327,32 @@ impl<const D: usize> Dynamics for LargeStrain<D> {
             particles.column(Field::Displacement),
             particles.column(Field::Velocity),
         );
-        self.configuration.ghosts.set_time(t);
-        self.take_positions(|a| reference.vector(a) + u.vector(a));
+        self.set(t, |a| (reference.vector(a) + u.vector(a), v.vector(a)));
+        self.strain();
         let kinetic = (0..self.len()).map(|a| 0.5 * self.mass[a] * v.vector(a).norm_squared()).sum();
         Energy { kinetic, elastic: self.elastic_energy() }
     }
+}
+
+/// The law for large strain of a material that has one.
+fn law_of(material: &dyn Material) -> &dyn FiniteStrain {
+    match material.finite_strain() {
+        Some(law) => law,
+        None => unreachable!("checked when the body was made"),
+    }
+}
+
+/// Smallest and largest eigenvalue of a symmetric matrix: with the mean m of all three and p^2 = |C - m I|^2 / 6 they
+/// are m + 2 p cos(angle + 2 pi k / 3), where cos(3 angle) = det((C - m I) / p) / 2.
+fn extreme_eigenvalues(c: &Mat3) -> (f64, f64) {
+    let mean = c.trace() / 3.0;
+    let deviator = c - Mat3::identity() * mean;
+    let p = (deviator.norm_squared() / 6.0).sqrt();
+    if p == 0.0 {
+        return (mean, mean);
+    }
+    let angle = ((deviator / p).determinant() / 2.0).clamp(-1.0, 1.0).acos() / 3.0;
+    (mean + 2.0 * p * (angle + TAU / 3.0).cos(), mean + 2.0 * p * angle.cos())
 }
 
 /// ln V = 1/2 ln(F F^T).
@@ -364,4 +365,33 @@ fn logarithmic_strain(f: &Mat3) -> Mat3 {
 /// Vector `a` of a column of `n`.
 fn vector(column: &[f64], n: usize, a: usize) -> Vec3 {
     Vec3::new(column[a], column[n + a], column[2 * n + a])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn extreme_eigenvalues_are_those_of_the_decomposition(
+            f in prop::array::uniform9(-2.0..2.0_f64), alike in prop::bool::ANY
+        ) {
+            let f = Mat3::from_row_slice(&f);
+            // Two or three of them alike are the hard cases.
+            let f = if alike { Mat3::identity() + f.column(0) * f.column(1).transpose() * 1e-9 } else { f };
+            let c = f.transpose() * f;
+            let exact = c.symmetric_eigenvalues();
+            let (smallest, largest) = extreme_eigenvalues(&c);
+            prop_assert!((smallest - exact.min()).abs() < 1e-7 * exact.max());
+            prop_assert!((largest - exact.max()).abs() < 1e-7 * exact.max());
+        }
+    }
+
+    #[test]
+    fn extreme_eigenvalues_by_hand() {
+        assert_eq!(extreme_eigenvalues(&Mat3::identity()), (1.0, 1.0));
+        let (smallest, largest) = extreme_eigenvalues(&Mat3::from_diagonal(&Vec3::new(4.0, 1.0, 1.0)));
+        assert!((smallest - 1.0).abs() < 1e-7 && (largest - 4.0).abs() < 1e-12);
+    }
 }

@@ -5,6 +5,7 @@
 
 mod layers;
 mod level;
+mod lines;
 mod notes;
 mod parts;
 mod sides;

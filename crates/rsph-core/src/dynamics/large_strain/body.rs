@@ -224,8 +224,8 @@ impl<const D: usize> LargeBody<D> {
         let c = &mut self.dynamics.configuration;
         c.ghosts.set_time(t);
         let mut all = x.to_vec();
-        all.resize(c.nodes.len(), Vec3::zeros());
-        c.ghosts.mirror_positions(&c.nodes, &mut all);
+        let images = c.ghosts.list.iter().enumerate();
+        all.extend(images.map(|(i, ghost)| c.ghosts.position(i, &c.nodes, x[ghost.partner])));
         let reference = &self.dynamics.configuration.reference;
         let rows: Vec<Vec<_>> =
             self.fits(Degree::Quadratic, reference, points, |x, fit| fit.weights_at(x).collect());

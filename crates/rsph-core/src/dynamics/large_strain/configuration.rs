@@ -1,7 +1,6 @@
 //! What a remesh leaves behind for the steps that follow: points on a regular lattice, their neighbours, and
 //! the constants of the gradient.
 
-use super::columns::Packed;
 use super::ghosts::Ghosts;
 use crate::boundary::fixed::Fixed;
 use crate::kernel::QuarticSpline;
@@ -33,8 +32,8 @@ pub struct Configuration<const D: usize> {
     pub reference_volume: Vec<f64>,
     /// Neighbours of points.
     pub pairs: Pairs,
-    /// w of each pair.
-    pub weight: Vec<f64>,
+    /// c_ab = V_b w_ab of each pair.
+    pub share: Vec<f64>,
     /// M_a^-1 of particles.
     pub correction: Vec<Mat3>,
     /// F_0 of particles.
@@ -61,23 +60,20 @@ impl<const D: usize> Configuration<D> {
         volume.extend(ghosts.list.iter().map(|g| volume[g.partner]).collect::<Vec<_>>());
         let kernel = QuarticSpline::<D>::new(smoothing_length);
         let pairs = Pairs::new(&nodes, kernel.support() * (1.0 - 1e-9));
-        let weight: Vec<f64> = (0..nodes.len())
-            .flat_map(|a| pairs.numbers(a).map(move |q| (a, q)))
-            .map(|(a, q)| kernel.gradient_weight((nodes[pairs.neighbour(q)] - nodes[a]).norm()))
-            .collect();
         let mut new = Self {
             len,
             correction: Vec::new(),
-            first_gradient: vec![Mat3::identity(); len],
+            first_gradient: Vec::new(),
             reference_volume: Vec::new(),
             nodes,
             reference,
             volume,
             pairs,
-            weight,
+            share: Vec::new(),
             ghosts,
             smoothing_length,
         };
+        new.take_shares();
         new.correction = (0..len).into_par_iter().map(|a| inverse::<D>(&new.moment(a))).collect();
         new.take_first_gradient();
         new
@@ -115,6 +111,24 @@ impl<const D: usize> Configuration<D> {
     pub fn scale_volumes(&mut self, factor: f64) {
         self.volume.iter_mut().chain(&mut self.reference_volume).for_each(|v| *v *= factor);
         self.correction.iter_mut().for_each(|l| *l /= factor);
+        self.take_shares();
+    }
+
+    /// V_b w of all pairs, from the nodes and the volumes: to the last bit what a checkpoint of these gives.
+    fn take_shares(&mut self) {
+        let kernel = QuarticSpline::<D>::new(self.smoothing_length);
+        let (nodes, volume, pairs) = (&self.nodes, &self.volume, &self.pairs);
+        let rows: Vec<Vec<f64>> = (0..nodes.len())
+            .into_par_iter()
+            .map(|a| {
+                let share = |b: &u32| {
+                    let b = *b as usize;
+                    volume[b] * kernel.gradient_weight((nodes[b] - nodes[a]).norm())
+                };
+                pairs.of(a).iter().map(share).collect()
+            })
+            .collect();
+        self.share = rows.concat();
     }
 
     /// Whether there is no particle.
@@ -124,29 +138,38 @@ impl<const D: usize> Configuration<D> {
 
     /// M_a; of ghosts too.
     fn moment(&self, a: usize) -> Mat3 {
-        self.pairs.numbers(a).fold(Mat3::zeros(), |m, q| {
-            let b = self.pairs.neighbour(q);
+        self.neighbours(a).fold(Mat3::zeros(), |m, (b, share)| {
             let xi = self.nodes[b] - self.nodes[a];
-            m + xi * xi.transpose() * (self.volume[b] * self.weight[q])
+            m + xi * xi.transpose() * share
         })
     }
 
     /// F_0 and m/rho_0 from the reference positions.
     fn take_first_gradient(&mut self) {
-        let one = Mat3::identity();
-        self.first_gradient.fill(one);
-        let mut gradient = vec![one; self.len];
-        self.deformation(&self.reference, &mut Packed::default(), &mut gradient);
-        let inverse = |g: &Mat3| g.try_inverse().unwrap_or_else(|| Mat3::repeat(f64::NAN));
-        self.first_gradient = gradient.iter().map(inverse).collect();
+        let inverse = |a: usize| {
+            let sum = self.neighbours(a).fold(Mat3::zeros(), |sum, (b, share)| {
+                let xi = self.nodes[b] - self.nodes[a];
+                sum + (self.reference[b] - self.reference[a]) * xi.transpose() * share
+            });
+            let gradient = sum * self.correction[a] + out_of_plane::<D>();
+            gradient.try_inverse().unwrap_or_else(|| Mat3::repeat(f64::NAN))
+        };
+        self.first_gradient = (0..self.len).into_par_iter().map(inverse).collect();
         self.reference_volume =
             self.first_gradient.iter().zip(&self.volume).map(|(f, v)| v / f.determinant()).collect();
     }
 
-    /// w of the pairs of point a.
+    /// The neighbours of point a, and V_b w of each.
     #[inline(always)]
-    pub fn weights(&self, a: usize) -> &[f64] {
-        &self.weight[self.pairs.numbers(a)]
+    pub fn row(&self, a: usize) -> (&[u32], &[f64]) {
+        (self.pairs.of(a), &self.share[self.pairs.numbers(a)])
+    }
+
+    /// The same one by one.
+    #[inline(always)]
+    pub fn neighbours(&self, a: usize) -> impl Iterator<Item = (usize, f64)> {
+        let (neighbours, shares) = self.row(a);
+        neighbours.iter().zip(shares).map(|(b, share)| (*b as usize, *share))
     }
 
     /// Particles whose neighbours do not span the space, so that they have no gradient.

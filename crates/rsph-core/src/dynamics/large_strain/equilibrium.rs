@@ -1,7 +1,7 @@
 //! Rest under given loads: Newton's method on the energy, each step by conjugate gradients with the exact
 //! tangent, without a matrix.
 
-use super::{LargeStrain, vector};
+use super::{LargeStrain, law_of, vector};
 use crate::boundary::nodal_load::NodalLoad;
 use crate::tensor::Vec3;
 
@@ -107,8 +107,10 @@ impl<const D: usize> LargeStrain<D> {
 
     /// The scale of the forces between particles where nothing loads the body: what a plane bears.
     fn largest_internal_force(&self) -> f64 {
+        let law = law_of(&*self.material);
         let area = |a: usize| self.configuration.volume[a].powf((D as f64 - 1.0) / D as f64);
-        (0..self.len()).map(|a| (self.work.piola[a].norm() * area(a)).powi(2)).sum::<f64>().sqrt()
+        let stress = |a: usize| law.first_piola(&self.work.f[a]).norm();
+        (0..self.len()).map(|a| (stress(a) * area(a)).powi(2)).sum::<f64>().sqrt()
     }
 
     /// Solves K step = residual until the share `goal` of it is left, or the energy turns out not to be

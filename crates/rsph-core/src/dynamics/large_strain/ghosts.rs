@@ -100,31 +100,24 @@ impl Ghosts {
         }
     }
 
-    /// Fills in the ghosts of a field of positions; `field` holds all points, the particles first.
-    pub fn mirror_positions(&self, nodes: &[Vec3], field: &mut [Vec3]) {
-        let n = field.len() - self.list.len();
-        for (i, ghost) in self.list.iter().enumerate() {
-            let group = &self.groups[ghost.group];
-            let moved = field[ghost.partner] - nodes[ghost.partner];
-            field[n + i] = nodes[n + i] + group.sign.component_mul(&moved) + self.offset[ghost.group];
-        }
+    /// Position of the ghost of number `i` when its particle is at `x`; `nodes` are those of all points, the
+    /// particles first.
+    #[inline]
+    pub fn position(&self, i: usize, nodes: &[Vec3], x: Vec3) -> Vec3 {
+        let (ghost, n) = (&self.list[i], nodes.len() - self.list.len());
+        nodes[n + i] + self.change(i, x - nodes[ghost.partner]) + self.offset[ghost.group]
     }
 
-    /// Fills in the ghosts of a field of velocities.
-    pub fn mirror_velocities(&self, field: &mut [Vec3]) {
-        let n = field.len() - self.list.len();
-        for (i, ghost) in self.list.iter().enumerate() {
-            let sign = self.groups[ghost.group].sign;
-            field[n + i] = sign.component_mul(&field[ghost.partner]) + self.offset_rate[ghost.group];
-        }
+    /// Its velocity when that of its particle is `v`.
+    #[inline]
+    pub fn velocity(&self, i: usize, v: Vec3) -> Vec3 {
+        self.change(i, v) + self.offset_rate[self.list[i].group]
     }
 
-    /// Fills in the ghosts of a change of positions while the planes rest.
-    pub fn mirror_changes(&self, field: &mut [Vec3]) {
-        let n = field.len() - self.list.len();
-        for (i, ghost) in self.list.iter().enumerate() {
-            field[n + i] = self.groups[ghost.group].sign.component_mul(&field[ghost.partner]);
-        }
+    /// Its change of place while the planes rest, when that of its particle is `dx`.
+    #[inline]
+    pub fn change(&self, i: usize, dx: Vec3) -> Vec3 {
+        self.groups[self.list[i].group].sign.component_mul(&dx)
     }
 
     /// Adds the forces on ghosts to their particles, by the chain rule; returns the power of the moving
