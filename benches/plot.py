@@ -78,12 +78,11 @@ def growth(results: dict) -> None:
     marks = {"rk4_122": (BLUE, "o-"), "rk4_26": (ORANGE, "s--"), "static": ("0.35", "^:")}
     for key, (colour, mark) in marks.items():
         runs = [r for r in tables.memory_rows(results) if r["run"] == key]
-        places, bytes_ = zip(
-            *((r["particles"], r["bytes_per_particle"]) for r in runs), strict=True
-        )
-        right.semilogx(places, bytes_, mark, color=colour, label=tables.RUNS[key])
+        places, bytes_ = ([r[what] for r in runs] for what in ("particles", "bytes_per_particle"))
+        right.loglog(places, bytes_, mark, color=colour, label=tables.RUNS[key])
     right.set_ylabel("bytes a particle at the peak")
     right.set_title("Memory of the whole program", fontsize=10)
+    left.set_ylim(bottom=0)
     for axes in (left, right):
         finish(axes)
     figure.tight_layout()
@@ -93,14 +92,13 @@ def growth(results: dict) -> None:
 def finish(axes: Axes) -> None:
     """What both plots of growth have."""
     axes.set_xlabel("particles")
-    axes.set_ylim(bottom=0)
     axes.legend(fontsize=7)
     axes.grid(alpha=0.3)
 
 
 PLOTS = {
     "roofline": (roofline, ["limits", "pieces"]),
-    "growth": (growth, ["growth", "memory"]),
+    "growth": (growth, ["growth"]),
 }
 
 

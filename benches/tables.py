@@ -152,8 +152,8 @@ def growth_table(found: list[dict], threads: int) -> str:
 
 def memory_rows(results: dict) -> list[dict]:
     """Whole runs by size."""
-    large = results.get("memory-large", {"found": []})
-    return [*results["memory"]["found"], *large["found"]]
+    parts = [results.get(part, {"found": []}) for part in ("memory", "memory-large")]
+    return [row for part in parts for row in part["found"]]
 
 
 def memory(results: dict) -> str:
@@ -187,7 +187,7 @@ def peers(results: dict) -> str:
     for name in names:
         mine = [by_place[name, e] for e in edges]
         version = next((r["version"] for r in mine if "version" in r), "")
-        cells = [f"{name} {version}".strip()]
+        cells = [f"{name} ({version})" if version else name]
         for row in mine:
             if "rate" in row:
                 ratio = by_place[names[0], row["edge"]]["rate"] / row["rate"]
