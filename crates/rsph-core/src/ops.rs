@@ -1,6 +1,7 @@
 //! The kernel sums of Eqs. (10) and (12) on the lattice; no physics.
 
 mod adjoint;
+mod blocks;
 mod fold;
 mod gradient;
 mod stencil;
@@ -10,25 +11,20 @@ use crate::lattice::{Lattice, Weights};
 use crate::tensor::{Mat3, Vec3};
 use crate::tiles::{LANES, Tile, Tiles};
 use adjoint::Adjoint;
+use blocks::{Block, Sum, for_each_block};
 pub use fold::{Fold, Folds};
 use gradient::Gradient;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Simd;
 use rayon::prelude::*;
-use std::ops::Range;
-use stencil::{Any, Fixed, Stencil};
+use stencil::Stencil;
 use sweep::{Source, sweep};
 
 /// Components that [`gradient_sums`] writes for each particle: nine of a matrix T (row by row) for
 /// [`adjoint_sums`], and a vector.
 pub const PAIR_COMPONENTS: usize = 12;
 
-/// Columns and blocks of planes that every thread gets.
-const TASKS_A_THREAD: usize = 4;
 /// Tiles that one task of plain work takes.
 const TILES_A_TASK: usize = 128;
-/// Least planes of a block, in reaches: each block repeats the planes that two reaches cover.
-const BLOCK_REACHES: usize = 8;
-
 /// What a sweep does at each particle with its sums: the nine of H = sum w q_b (x) X (row by row), then
 /// Q = sum w q_b. It runs on several lanes of a tile at once, a particle a lane.
 pub trait Pointwise: Sync {
@@ -95,101 +91,6 @@ pub fn per_particle(
 /// T is the matrix in the first nine components of `t`, those of images included. Results go to the tiled field `out`.
 pub fn adjoint_sums(lattice: &Lattice, folds: &Folds, t: &[Tile], out: &mut [Tile]) {
     for_each_block(lattice, out, 3, &AdjointSums { weights: &lattice.weights, folds, t });
-}
-
-/// A kernel sum that works on blocks.
-trait Sum: Sync {
-    /// Works on one block.
-    fn run<S: Simd, T: Stencil>(&self, simd: S, stencil: T, block: Block<'_>);
-}
-
-/// Some planes of a column of tiles.
-struct Block<'a> {
-    tiles: &'a Tiles,
-    column: usize,
-    planes: Range<usize>,
-    /// Results of these planes.
-    out: &'a mut [Tile],
-}
-
-impl Block<'_> {
-    /// The first tile.
-    fn first(&self) -> usize {
-        self.tiles.start(self.column, self.planes.start)
-    }
-}
-
-/// Every column of tiles, cut into blocks of planes where there are few of them for the threads. What a
-/// particle gets does not depend on the block it is in.
-fn for_each_block(lattice: &Lattice, out: &mut [Tile], components: usize, sum: &impl Sum) {
-    let (tiles, cut) = (&lattice.tiles, lattice.weights.cut);
-    let tasks = TASKS_A_THREAD * rayon::current_num_threads();
-    let least = BLOCK_REACHES * cut.isqrt().max(1);
-    let longest = tiles.planes.div_ceil(tasks.div_ceil(tiles.columns.max(1))).max(least);
-    Blocks { sum, cut, tiles, components, longest, arch: Arch::new() }.columns(0..tiles.columns, out);
-}
-
-/// How a field is cut into blocks.
-#[derive(Clone, Copy)]
-struct Blocks<'a, K> {
-    sum: &'a K,
-    cut: usize,
-    tiles: &'a Tiles,
-    components: usize,
-    /// Most planes of a block.
-    longest: usize,
-    arch: Arch,
-}
-
-impl<K: Sum> Blocks<'_, K> {
-    fn columns(&self, columns: Range<usize>, out: &mut [Tile]) {
-        if columns.len() <= 1 {
-            columns.for_each(|column| self.planes(column, 0..self.tiles.planes, out));
-            return;
-        }
-        let middle = columns.start.midpoint(columns.end);
-        let tiles = self.tiles.start(middle, 0) - self.tiles.start(columns.start, 0);
-        let (before, after) = out.split_at_mut(tiles * self.components);
-        rayon::join(
-            || self.columns(columns.start..middle, before),
-            || self.columns(middle..columns.end, after),
-        );
-    }
-
-    fn planes(&self, column: usize, planes: Range<usize>, out: &mut [Tile]) {
-        if planes.len() <= self.longest {
-            let block = Block { tiles: self.tiles, column, planes, out };
-            self.arch.dispatch(Task { sum: self.sum, cut: self.cut, block });
-            return;
-        }
-        let middle = planes.start.midpoint(planes.end);
-        let tiles = self.tiles.start(column, middle) - self.tiles.start(column, planes.start);
-        let (before, after) = out.split_at_mut(tiles * self.components);
-        rayon::join(
-            || self.planes(column, planes.start..middle, before),
-            || self.planes(column, middle..planes.end, after),
-        );
-    }
-}
-
-struct Task<'a, K> {
-    sum: &'a K,
-    cut: usize,
-    block: Block<'a>,
-}
-
-impl<K: Sum> WithSimd for Task<'_, K> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        // h up to 0.8 dx, 1.26 dx, and beyond.
-        match self.cut {
-            0..=3 => self.sum.run(simd, Fixed::<3>, self.block),
-            4..=9 => self.sum.run(simd, Fixed::<9>, self.block),
-            cut => self.sum.run(simd, Any(cut), self.block),
-        }
-    }
 }
 
 struct GradientSums<'a, P> {
