@@ -75,9 +75,13 @@ impl fmt::Display for KeyPath {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, segment) in self.0.iter().enumerate() {
             match segment {
-                Segment::Key(key) if i == 0 => write!(f, "{key}")?,
-                Segment::Key(key) => write!(f, ".{key}")?,
                 Segment::Index(index) => write!(f, "[{index}]")?,
+                Segment::Key(key) => {
+                    let dot = if i == 0 { "" } else { "." };
+                    // Without quotes a number would be read as an entry of a list.
+                    let quote = if key.parse::<usize>().is_ok() { "\"" } else { "" };
+                    write!(f, "{dot}{quote}{key}{quote}")?;
+                }
             }
         }
         Ok(())
@@ -93,6 +97,7 @@ mod tests {
     fn both_ways_to_index_a_list_are_read() {
         assert_eq!(KeyPath::from("load.0.ramp.to"), KeyPath::from("load[0].ramp.to"));
         assert_eq!(KeyPath::from("load.0.ramp.to").to_string(), "load[0].ramp.to");
+        assert_eq!(KeyPath::from("sweep.\"0\"").to_string(), "sweep.\"0\"");
         assert_eq!(KeyPath::from("body").key("shape").index(2).last_key(), "shape");
     }
 
