@@ -72,8 +72,9 @@ impl<K: Sum> Blocks<'_, K> {
 
     /// Cuts `planes` into so many pieces with about as many tiles each.
     fn pieces(&self, planes: Range<usize>, pieces: usize, out: &mut [Tile]) {
-        let middle = self.middle(&planes, pieces);
-        if pieces <= 1 || planes.len() < 2 * PIECE_REACHES * self.reach || !planes.contains(&middle) {
+        let is_worth_it = pieces > 1 && planes.len() >= 2 * PIECE_REACHES * self.reach;
+        let middle = if is_worth_it { self.middle(&planes, pieces) } else { planes.start };
+        if middle == planes.start || middle == planes.end {
             self.run(planes, out);
             return;
         }
@@ -88,14 +89,15 @@ impl<K: Sum> Blocks<'_, K> {
     /// Where half of the pieces end: between two columns if one ends within a reach.
     fn middle(&self, planes: &Range<usize>, pieces: usize) -> usize {
         let (first, end) = (self.start(planes.start), self.start(planes.end));
-        let target = first + (end - first) * (pieces / 2) / pieces.max(1);
+        let target = first + (end - first) * (pieces / 2) / pieces;
         let (mut low, mut high) = (planes.start, planes.end);
         while low < high {
             let plane = low.midpoint(high);
             if self.start(plane) < target { low = plane + 1 } else { high = plane }
         }
         let column = (low + self.tiles.planes / 2) / self.tiles.planes * self.tiles.planes;
-        if low.abs_diff(column) <= self.reach { column } else { low }
+        let is_inside = planes.start < column && column < planes.end;
+        if is_inside && low.abs_diff(column) <= self.reach { column } else { low }
     }
 
     /// Works on `planes`, column by column.
