@@ -1,11 +1,16 @@
 //! One V-cycle of multigrid on a clamped cube.
 
+use rsph_core::boundary::constraints::Constraints;
 use rsph_core::boundary::fixed::Fixed;
-use rsph_core::boundary::mirror::{Mirror, MirrorPlane};
+use rsph_core::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature};
 use rsph_core::dynamics::elastic::Elastic;
-use rsph_core::grid::Grid;
 use rsph_core::lattice::Lattice;
 use rsph_core::material::KelvinVoigt;
+use rsph_core::mls::Cloud;
+use rsph_core::region::{Axis, Region, Side};
+use rsph_core::sample::{Resolution, sample};
+use rsph_core::setup::{Boundary, Fix, Solver};
+use rsph_core::shape::{BoxShape, Shape};
 use rsph_core::solve::multigrid::Multigrid;
 use rsph_core::solve::operator::{Preconditioner, Shifted};
 use rsph_core::solve::sums::noise;
@@ -24,15 +29,23 @@ impl Cycle {
     /// n^3 particles with h = 0.8 dx, clamped below.
     pub fn new(n: usize) -> Self {
         let spacing = 1.0 / n as f64;
-        let grid = Grid { origin: Vec3::zeros(), spacing, cells: [n; 3] };
-        let cells: Vec<[usize; 3]> = (0..n.pow(3)).map(|a| [a % n, a / n % n, a / n / n]).collect();
-        let positions: Vec<Vec3> = cells.iter().map(|c| grid.centre(*c)).collect();
-        let lattice = Lattice::new(&grid, &cells, 0.8);
-        let clamp = MirrorPlane { axis: 2, at: 0.0, fix: [true; 3], motion: None };
-        let mirror = Mirror::new(&lattice, &positions, vec![clamp], |_| true);
+        let cube = BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).expect("a unit cube");
+        let body = sample(&cube, Resolution::Spacing(spacing), &[]).expect("whole cells");
+        let positions: Vec<Vec3> = body.cells.iter().map(|c| body.grid.centre(*c)).collect();
+        let region = Region::Plane { axis: Axis::Z, at: 0.0, side: Side::Below };
+        let clamp = Boundary { region, fix: Fix::ALL, motion: None };
+        let constraints =
+            Constraints::new(&[clamp], cube.surface(), &positions, spacing).expect("a clamped face");
+        let cloud = Cloud::new(&positions, &body.volume, spacing);
+        let fits = |places: &[Vec3]| places.iter().map(|x| cloud.fit_at(x)).collect();
+        let particles = LoadedParticles { positions: &positions, fits: &fits };
+        let held = |x: &Vec3, n: &Vec3| constraints.held_at(x, n);
+        let surface = SurfaceQuadrature::new(cube.surface(), spacing, &particles, &held);
+        let lattice = Lattice::new(&body.grid, &body.cells, 0.8);
         let material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).expect("liver"));
-        let volume = vec![spacing.powi(3); n.pow(3)];
-        let mut elastic = Elastic::new(lattice, &volume, mirror, Fixed::default(), material, 0.4);
+        let hourglass = Solver::ACCURATE.hourglass_modulus(100.0);
+        let mut elastic = Elastic::new(lattice, &body.volume, Fixed::default(), material, hourglass)
+            .with_surface(&surface, &constraints.holds, &body.cut(), &positions);
         let multigrid = Multigrid::new(&mut elastic);
         let mut residual = vec![0.0; 3 * n.pow(3)];
         noise(&mut residual);

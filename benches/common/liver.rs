@@ -4,7 +4,7 @@ use rsph_core::material::KelvinVoigt;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Initial, Integration, Load, LoadKind, Mechanics, PatchCentre, Ramp, Remesh, Scheme, Setup,
+    Boundary, Fix, Initial, Integration, Load, LoadKind, Mechanics, PatchCentre, Ramp, Remesh, Scheme, Setup,
     Solver, TimeStep, Units,
 };
 use rsph_core::shape::organ;
@@ -28,7 +28,7 @@ pub fn liver(particles: usize, solver: Solver, scheme: Scheme) -> Simulation {
         resolution: Resolution::Particles(particles),
         material: Arc::new(KelvinVoigt::new(1000.0, 1e5, 0.3, 0.2).expect("liver")),
         initial: Initial::default(),
-        boundaries: vec![Boundary { region: held, fix: [true; 3], motion: None }],
+        boundaries: vec![Boundary { region: held, fix: Fix::ALL, motion: None }],
         loads: vec![press(0, 270.0)],
         mechanics: Mechanics::Solid,
         remesh: Remesh::default(),

@@ -11,8 +11,8 @@ use rsph_core::material::KelvinVoigt;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Initial, Integration, Load, LoadKind, Mechanics, Ramp, Remesh, Scheme, Setup, Solver, TimeStep,
-    Units,
+    Boundary, Fix, Initial, Integration, Load, LoadKind, Mechanics, Ramp, Remesh, Scheme, Setup, Solver,
+    TimeStep, Units,
 };
 use rsph_core::shape::BoxShape;
 use rsph_core::simulation::Simulation;
@@ -20,7 +20,7 @@ use rsph_core::tensor::Vec3;
 use std::sync::Arc;
 
 /// Smoothing with 122 neighbours, and the one with 26 that scenarios have by themselves.
-pub const WIDE: Solver = Solver { smoothing: 1.25, hourglass: 0.1, ..Solver::ACCURATE };
+pub const WIDE: Solver = Solver { smoothing: 1.25, ..Solver::ACCURATE };
 pub const NARROW: Solver = Solver::ACCURATE;
 
 /// The tensile cube of section 5.2 with n^3 particles: clamped below, pulled above, RK4.
@@ -32,7 +32,7 @@ pub fn cube(n: usize, solver: Solver) -> Simulation {
         resolution: Resolution::Spacing(1.0 / n as f64),
         material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).expect("liver")),
         initial: Initial::default(),
-        boundaries: vec![Boundary { region: face(0.0, Side::Below), fix: [true; 3], motion: None }],
+        boundaries: vec![Boundary { region: face(0.0, Side::Below), fix: Fix::ALL, motion: None }],
         loads: vec![Load {
             kind: LoadKind::Traction { region: face(1.0, Side::Above), traction: Vec3::z() },
             ramp: Ramp::default(),

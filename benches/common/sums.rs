@@ -2,7 +2,7 @@
 
 use rsph_core::grid::Grid;
 use rsph_core::lattice::Lattice;
-use rsph_core::ops::{self, Folds, PAIR_COMPONENTS, Plain};
+use rsph_core::ops::{self, PAIR_COMPONENTS, Plain};
 use rsph_core::solve::sums::noise;
 use rsph_core::tensor::Vec3;
 use rsph_core::tiles::Tile;
@@ -10,7 +10,6 @@ use rsph_core::tiles::Tile;
 /// A cube of particles with the fields that sums read and write.
 pub struct Sums {
     lattice: Lattice,
-    folds: Folds,
     q: Vec<Tile>,
     pair: Vec<Tile>,
     adjoint: Vec<Tile>,
@@ -35,16 +34,16 @@ impl Sums {
             }
         }
         let adjoint = lattice.tiles.field(3);
-        Self { lattice, folds: Folds::default(), q, pair, adjoint }
+        Self { lattice, q, pair, adjoint }
     }
 
     /// Sums of Eq. (10).
     pub fn gradient(&mut self) {
-        ops::gradient_sums(&self.lattice, &self.folds, &self.q, &mut self.pair, &Plain);
+        ops::gradient_sums(&self.lattice, None, &self.q, &mut self.pair, None, &Plain);
     }
 
     /// Sums of Eq. (12).
     pub fn adjoint(&mut self) {
-        ops::adjoint_sums(&self.lattice, &self.folds, &self.pair, &mut self.adjoint);
+        ops::adjoint_sums(&self.lattice, None, &self.pair, &mut self.adjoint);
     }
 }

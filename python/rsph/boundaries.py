@@ -11,7 +11,7 @@ from rsph.regions import Region
 
 __all__ = ["Boundary", "Clamp", "Oscillation", "Prescribed", "RampTo"]
 
-Component: TypeAlias = Literal["x", "y", "z"]
+Component: TypeAlias = Literal["x", "y", "z", "normal"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,10 +19,11 @@ class Boundary:
     """A part of the body whose motion is known; use :class:`Clamp` or :class:`Prescribed`.
 
     Args:
-        region: where. A plane that touches a flat face of the body holds that face; a region with
-            particles in it holds those particles.
-        fix: the components held, all of them by default. Only the normal one makes a roller or a
-            plane of symmetry.
+        region: where. A half-space holds the face of the body on its plane; where it holds all
+            components, or the normal one, a body that reaches beyond is cut there. Any other region
+            holds the particles in it or, if there are none, the part of the surface in it.
+        fix: the components held, all of them by default. ``["normal"]`` holds the one along the
+            normal of the surface: a roller or a plane of symmetry.
     """
 
     region: Region

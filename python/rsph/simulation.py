@@ -125,8 +125,7 @@ class Simulation:
             letter and is not.
         smoothing: smoothing length in spacings; by default 0.8 (1.25 with formulation
             ``"paper"`` or a material for large strain).
-        hourglass: weight of the hourglass term; by default 0.4, or 0.2 for a material for large
-            strain.
+        hourglass: modulus of the hourglass term as a multiple of its default, 1; 0 switches it off.
         integrator: scheme of integration; ``"auto"`` is ``"rk4"``, or ``"sdirk2"`` where viscosity
             makes the steps of ``"rk4"`` more than 100 times shorter than waves do.
         dt: time step (s), or ``"auto"`` for 0.9 of the stability limit, or for steps that

@@ -248,7 +248,7 @@ def test_probes_can_be_added(changes):
         pulled,
         lambda: pulled(integrator="sdirk2"),
         lambda: pulled(integrator="rkc2", dt=0.005),
-        lambda: pulled(remesh_every=7, dt=0.0009),
+        lambda: pulled(remesh_every=7, dt=0.0005),
         lambda: pulled(formulation="paper", dt=1e-3, smoothing=1.25),
         lambda: ball(loads=[Custom(inward)], spacing=0.25),
         lambda: ball(

@@ -4,7 +4,7 @@ use rsph_core::material::KelvinVoigt;
 use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{
+use rsph_core::setup::{Fix, 
     Boundary, Initial, Integration, Load, LoadKind, Mechanics, PatchCentre, Ramp, Remesh, Scheme, Setup,
     Solver, TimeStep, Units,
 };
@@ -62,7 +62,7 @@ fn liver(particles: usize) -> Option<Simulation> {
         resolution: Resolution::Particles(particles),
         material: Arc::new(KelvinVoigt::new(1000.0, 1e5, 0.3, 0.2).ok()?),
         initial: Initial::default(),
-        boundaries: vec![Boundary { region: held, fix: [true; 3], motion: None }],
+        boundaries: vec![Boundary { region: held, fix: Fix::ALL, motion: None }],
         loads: vec![Load { kind: patch, ramp: Ramp::default() }],
         mechanics: Mechanics::Solid,
         remesh: Remesh::default(),

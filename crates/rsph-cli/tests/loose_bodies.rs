@@ -90,7 +90,7 @@ fn a_piece_that_nothing_joins_is_left_out_and_told_of() {
     for mode in ["static", "dynamic"] {
         let done = run(0.0, "-0.5", "below", mode);
         assert_eq!(done.code, Some(0), "{mode}: {}", done.err);
-        assert!(done.err.contains("44.4 % of the body's volume is left out"), "{mode}: {}", done.err);
+        assert!(done.err.contains("50.0 % of the body's volume is left out"), "{mode}: {}", done.err);
     }
 }
 

@@ -41,8 +41,8 @@ fn fails(name: &str, sets: &[&str], kind: &str, steps: u64, says: &[&str]) {
 
 #[test]
 fn a_time_step_three_times_the_limit() {
-    let sets = ["time.dt=0.003042", "time.allow_unstable=true"];
-    let says = ["3.0 times the stability limit 1.014e-3", "set by viscosity", "`time.dt = \"auto\"`"];
+    let sets = ["time.dt=0.0016926", "time.allow_unstable=true"];
+    let says = ["3.0 times the stability limit 5.642e-4", "set by viscosity", "`time.dt = \"auto\"`"];
     fails("tensile_liver", &sets, "unstable", 8, &says);
     let sets = ["material.relaxation_time=1e-4", "time.dt=0.05", "time.allow_unstable=true"];
     fails("tensile_liver", &sets, "unstable", 8, &["times the stability limit", "set by wave speed"]);
@@ -53,7 +53,7 @@ fn a_nearly_incompressible_body() {
     let nearly = "material.poisson_ratio=0.4999";
     // At the door.
     let bench = Bench::new();
-    let done = run(&bench, "tensile_liver", &[nearly]);
+    let done = run(&bench, "tensile_liver", &[nearly, "time.dt=0.001"]);
     assert_eq!(done.code, Some(2), "{}", done.err);
     assert!(
         done.err.contains("`time.dt`") && done.err.contains("Poisson's ratio so near 0.5"),
@@ -64,7 +64,7 @@ fn a_nearly_incompressible_body() {
     // For those who insist.
     let says =
         ["times the stability limit", "Poisson's ratio so near 0.5 makes the material 5001 times stiffer"];
-    fails("tensile_liver", &[nearly, "time.allow_unstable=true"], "unstable", 8, &says);
+    fails("tensile_liver", &[nearly, "time.dt=0.001", "time.allow_unstable=true"], "unstable", 8, &says);
     // With steps that are short enough it goes well.
     let bench = Bench::new();
     let done = run(&bench, "tensile_liver", &[nearly, "time.dt=auto", "time.until=1e-4"]);
@@ -88,12 +88,17 @@ fn too_few_neighbours() {
 fn a_load_that_turns_particles_inside_out() {
     let says = ["turned inside out (det F = ", "loads or moved parts are too much for this stiffness"];
     fails("tensile_liver", &["load.0.traction=[0, 0, -500]"], "inverted", 20, &says);
-    // A remesh between two looks finds that it can not lay the body anew.
+    // A remesh between two looks finds that it can not lay the body anew, or that no step is short enough for what it laid.
     let bench = Bench::new();
     let done = run(&bench, "tensile_liver", &["load.0.traction=[0, 0, -500]", "remesh.every=7"]);
     assert_eq!(done.code, Some(3), "{}", done.err);
-    let says = "check the loads against the stiffness";
-    assert!(done.err.contains("can not be laid anew") && done.err.contains(says), "{}", done.err);
+    let found = |what: &str, remedy: &str| done.err.contains(what) && done.err.contains(remedy);
+    assert!(
+        found("can not be laid anew", "check the loads against the stiffness")
+            || found("squeezed to nothing", "lower the loads"),
+        "{}",
+        done.err
+    );
     let says = ["turned inside out (det F <= 0)", "load or move the body more slowly"];
     let sets = ["load.0.traction=[0, -500, 0]", "load.0.ramp={ from = 0.0, to = 3.0 }"];
     fails("block_large_strain", &sets, "inverted", 20, &says);

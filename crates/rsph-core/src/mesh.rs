@@ -1,6 +1,9 @@
 //! A triangle surface: what readers deliver, bodies expose and the zero level set becomes.
 
+mod cut;
 mod topology;
+
+pub use cut::CutMesh;
 
 use crate::grid::Bounds;
 use crate::tensor::Vec3;
@@ -22,6 +25,11 @@ impl TriangleMesh {
     /// When `t` or one of its vertex indices is out of range.
     pub fn corners(&self, t: usize) -> [Vec3; 3] {
         self.triangles[t].map(|v| self.vertices[v as usize])
+    }
+
+    /// The centre of gravity of triangle `t`.
+    pub fn centroid(&self, t: usize) -> Vec3 {
+        self.corners(t).iter().sum::<Vec3>() / 3.0
     }
 
     /// Area vector of triangle `t`: along its outward normal, as long as its area.

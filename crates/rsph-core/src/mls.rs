@@ -6,27 +6,35 @@ use crate::fit::LinearFit;
 use crate::kernel::QuarticSpline;
 use crate::neighbors::CellList;
 use crate::particles::Column;
-use crate::tensor::Vec3;
-use nalgebra::{Matrix4, Vector4};
+use crate::tensor::{Mat3, Vec3};
+use nalgebra::{Cholesky, Matrix4, SMatrix, SVector, Vector4};
 use rayon::prelude::*;
 
 /// Smallest smoothing length of the weights, in spacings.
-const SMOOTHING: f64 = 1.25;
+const SMOOTHING: f64 = 1.0;
+/// The same for weights of surfaces, times the smoothing length of the gradient where that is longer: wider kernels want
+/// wider weights, or the step of explicit schemes gets shorter.
+const SURFACE_SMOOTHING: f64 = 1.2;
 /// Points that one task finds weights for.
 const POINTS_A_TASK: usize = 256;
-/// Particles that the support must hold at least.
-const FEWEST: usize = 8;
 /// What keeps the weight of a particle finite where a point lies on it (in square spacings), for weights
 /// that do not smooth.
 const SHARPNESS: f64 = 1e-3;
-/// A moment matrix with a smaller ratio of eigenvalues asks for a wider support.
-const WORST_CONDITION: f64 = 1e-4;
+/// Smallest variance of the particles' places around a point, in square spacings and along any direction, with which a
+/// fit is well posed; with less it asks for a wider support.
+const SMALLEST_VARIANCE: f64 = 0.08;
+/// Least sum of the weights of a fit.
+const SMALLEST_SUM: f64 = 1e-6;
+/// Growth of the support, and how often it may grow.
+const GROWTH: (f64, usize) = (1.3, 8);
 
 /// Particles where points find them: on a lattice, or on one that has been deformed a little.
 #[derive(Clone, Debug)]
 pub struct Cloud<'a> {
     positions: &'a [Vec3],
+    volume: &'a [f64],
     spacing: f64,
+    smoothing: f64,
     cells: CellList,
     sharp: bool,
 }
@@ -117,10 +125,17 @@ impl PointWeights {
 }
 
 impl<'a> Cloud<'a> {
-    /// Particles at `positions`, about `spacing` apart.
-    pub fn new(positions: &'a [Vec3], spacing: f64) -> Self {
+    /// Particles at `positions`, about `spacing` apart, that stand for these volumes: one with a small share of a cell
+    /// weighs little.
+    pub fn new(positions: &'a [Vec3], volume: &'a [f64], spacing: f64) -> Self {
         let cells = CellList::new(positions, 1.25 * SMOOTHING * spacing);
-        Self { positions, spacing, cells, sharp: false }
+        Self { positions, volume, spacing, smoothing: SMOOTHING, cells, sharp: false }
+    }
+
+    /// The same with weights for the surface of a body whose gradients have that smoothing length, in spacings.
+    #[must_use]
+    pub fn for_surface(self, smoothing: f64) -> Self {
+        Self { smoothing: SMOOTHING.max(SURFACE_SMOOTHING * smoothing), ..self }
     }
 
     /// The same with weights that pass through the values of the particles instead of smoothing them:
@@ -146,47 +161,43 @@ impl<'a> Cloud<'a> {
     /// the fit is well posed.
     pub fn fit_at(&self, x: &Vec3) -> LinearFit {
         let (dx, positions) = (self.spacing, self.positions);
-        let enough = FEWEST.min(positions.len());
-        let mut radius = 2.5 * SMOOTHING * dx;
-        let mut near = self.around(x, radius);
-        while near.len() < enough {
-            radius *= 1.5;
-            near = self.around(x, radius);
-        }
-        let mut distances: Vec<f64> = near.iter().map(|p| p.1).collect();
-        let (_, farthest_needed, _) = distances.select_nth_unstable_by(enough - 1, f64::total_cmp);
-        let mut h = (SMOOTHING * dx).max(*farthest_needed / 2.2);
-        // A body of very few particles may have no well-posed fit at all: then the widest one stands.
-        for attempt in 0.. {
-            if 2.5 * h > radius {
-                radius = 2.5 * h;
-                near = self.around(x, radius);
-            }
+        let mut h = self.smoothing * dx;
+        let (growth, most) = GROWTH;
+        for attempt in 1.. {
             let kernel = QuarticSpline::<3>::new(h);
-            let weight = |d: f64| {
+            let weight = |a: usize, d: f64| {
                 let near = if self.sharp { (d / dx).powi(2) + SHARPNESS } else { 1.0 };
-                kernel.value(d) / near
+                kernel.value(d) * self.volume[a] / near
             };
             let mut fit = LinearFit { centre: *x, h, inverse: Matrix4::zeros(), weights: Vec::new() };
             let mut moment = Matrix4::zeros();
-            for &(a, d) in &near {
-                let p = fit.basis(&positions[a]);
-                moment += weight(d) * p * p.transpose();
+            for (a, d) in self.around(x, 2.5 * h) {
+                let (w, p) = (weight(a, d), fit.basis(&positions[a]));
+                if w > 0.0 {
+                    moment += w * p * p.transpose();
+                    fit.weights.push((a as u32, w));
+                }
+            }
+            // A body of very few particles may have no well-posed fit at all: then the widest one stands.
+            if attempt < most
+                && !(moment[(0, 0)] > SMALLEST_SUM && variance(&moment) * h * h > SMALLEST_VARIANCE * dx * dx)
+            {
+                h *= growth;
+                continue;
+            }
+            if fit.weights.is_empty() {
+                // Farther from the body than any support: the nearest particle.
+                let nearest = self.cells.nearest(positions, x, f64::INFINITY).map_or(0, |n| n.0);
+                fit.weights.push((nearest as u32, 1.0));
+                moment[(0, 0)] = 1.0;
             }
             let eigen = moment.symmetric_eigen();
             let largest = eigen.eigenvalues.max();
-            let well_posed = eigen.eigenvalues.min() > WORST_CONDITION * largest;
-            if !well_posed && attempt < 12 {
-                h *= 1.2;
-                continue;
-            }
             for (value, v) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-                if *value > 1e-12 * largest {
+                if *value > 1e-8 * largest {
                     fit.inverse += (v / *value) * v.transpose();
                 }
             }
-            fit.weights =
-                near.iter().map(|&(a, d)| (a as u32, weight(d))).filter(|(_, w)| *w != 0.0).collect();
             return fit;
         }
         unreachable!("the loop returns")
@@ -197,5 +208,128 @@ impl<'a> Cloud<'a> {
         let coefficient: Vector4<f64> = fit.inverse.column(0).into();
         let weight = |&(a, w): &(u32, f64)| (a, coefficient.dot(&fit.basis(&self.positions[a as usize])) * w);
         fit.weights.iter().map(weight).filter(|(_, w)| *w != 0.0).collect()
+    }
+}
+
+/// The smallest variance along any direction of the places whose moments these are.
+fn variance(moment: &Matrix4<f64>) -> f64 {
+    let sum = moment[(0, 0)];
+    let mean = moment.fixed_view::<3, 1>(1, 0) / sum;
+    let second = moment.fixed_view::<3, 3>(1, 1) / sum;
+    (second - mean * mean.transpose()).symmetric_eigenvalues().min()
+}
+
+/// Smoothing length of quadratic fits, in spacings: their support reaches 3.1.
+const QUADRATIC_SMOOTHING: f64 = 1.24;
+/// Terms of a quadratic polynomial.
+const TERMS: usize = 10;
+/// Ratio of pivots of a moment matrix below which a quadratic polynomial is too much for its points.
+const SMALLEST_PIVOT: f64 = 1e-5;
+/// Share of the largest eigenvalue below which a combination of terms is left out, where no support was wide enough.
+const SMALLEST_EIGENVALUE: f64 = 1e-4;
+
+/// The gradient of a quadratic fit around a place.
+#[derive(Clone, Debug)]
+pub struct GradientFit {
+    centre: Vec3,
+    h: f64,
+    /// Rows of the inverse moments for the three slopes, over h.
+    slopes: SMatrix<f64, 3, TERMS>,
+}
+
+/// 1, x, y, z and their products.
+fn quadratic(r: &Vec3) -> SVector<f64, TERMS> {
+    let [x, y, z] = [r.x, r.y, r.z];
+    SVector::from([1.0, x, y, z, x * x, y * y, z * z, x * y, y * z, x * z])
+}
+
+impl Cloud<'_> {
+    /// The quadratic fit around `x`, for the gradient there.
+    pub fn gradient_fit(&self, x: &Vec3) -> GradientFit {
+        let mut h = QUADRATIC_SMOOTHING * self.spacing;
+        let (growth, most) = GROWTH;
+        for attempt in 1.. {
+            let mut moment = SMatrix::<f64, TERMS, TERMS>::zeros();
+            self.visit_weights(x, h, |_, w, r| {
+                let p = quadratic(r);
+                moment.syger(w, &p, &p, 1.0);
+            });
+            moment.fill_upper_triangle_with_lower_triangle();
+            if let Some(cholesky) = Cholesky::new(moment) {
+                let pivots = cholesky.l_dirty().diagonal().map(|l| l * l);
+                if pivots.min() > SMALLEST_PIVOT * pivots.max() {
+                    let slopes = cholesky.inverse().fixed_view::<3, TERMS>(1, 0) / h;
+                    return GradientFit { centre: *x, h, slopes };
+                }
+            }
+            if attempt == most / 2 {
+                // A thin body: as much of the polynomial as its particles determine.
+                let eigen = moment.symmetric_eigen();
+                let least = SMALLEST_EIGENVALUE * eigen.eigenvalues.max();
+                let mut inverse = SMatrix::<f64, TERMS, TERMS>::zeros();
+                for (value, v) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
+                    if *value > least {
+                        inverse += (v / *value) * v.transpose();
+                    }
+                }
+                return GradientFit { centre: *x, h, slopes: inverse.fixed_view::<3, TERMS>(1, 0) / h };
+            }
+            h *= growth;
+        }
+        unreachable!("the loop returns")
+    }
+
+    /// The gradient by `fit` of the vector field that has those values at the particles.
+    pub fn gradient(&self, fit: &GradientFit, value: impl Fn(usize) -> Vec3) -> Mat3 {
+        let mut moments = SMatrix::<f64, TERMS, 3>::zeros();
+        self.visit_weights(&fit.centre, fit.h, |a, w, r| moments += quadratic(r) * value(a).transpose() * w);
+        (fit.slopes * moments).transpose()
+    }
+
+    /// Visits (particle, weight, place over h) of the particles around `x`.
+    fn visit_weights(&self, x: &Vec3, h: f64, mut visit: impl FnMut(usize, f64, &Vec3)) {
+        let kernel = QuarticSpline::<3>::new(h);
+        self.cells.visit_near(x, 2.5 * h, |a| {
+            let r = self.positions[a as usize] - x;
+            let w = kernel.value(r.norm()) * self.volume[a as usize];
+            if w > 0.0 {
+                visit(a as usize, w, &(r / h));
+            }
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Half a ball of a lattice.
+    fn cloud() -> Vec<Vec3> {
+        let nodes =
+            (0..1000).map(|k| Vec3::new(f64::from(k % 10), f64::from(k / 10 % 10), f64::from(k / 100)));
+        nodes.map(|x| (x - Vec3::repeat(4.5)) * 0.1).filter(|x| x.norm() < 0.45 && x.z < 0.1).collect()
+    }
+
+    #[test]
+    fn the_gradient_of_a_quadratic_field_is_exact_on_the_surface() {
+        let positions = cloud();
+        let volume = vec![1e-3; positions.len()];
+        let cloud = Cloud::new(&positions, &volume, 0.1);
+        let field = |x: &Vec3| Vec3::new(x.x * x.y + 0.3, x.z * x.z - x.x, 2.0 * x.y * x.y + x.x * x.z);
+        for x in [Vec3::new(0.02, 0.03, 0.1), Vec3::new(0.3, -0.2, -0.26), Vec3::zeros()] {
+            let g = cloud.gradient(&cloud.gradient_fit(&x), |a| field(&positions[a]));
+            let exact = Mat3::new(x.y, x.x, 0.0, -1.0, 0.0, 2.0 * x.z, x.z, 4.0 * x.y, x.x);
+            assert!((g - exact).amax() < 1e-9, "{g} {exact}");
+        }
+    }
+
+    #[test]
+    fn a_sheet_has_the_slopes_that_it_determines() {
+        let positions: Vec<Vec3> = cloud().into_iter().filter(|x| x.z.abs() < 0.06 && x.z > 0.0).collect();
+        let volume = vec![1e-3; positions.len()];
+        let cloud = Cloud::new(&positions, &volume, 0.1);
+        let x = Vec3::new(0.0, 0.1, 0.05);
+        let g = cloud.gradient(&cloud.gradient_fit(&x), |a| Vec3::new(positions[a].x, positions[a].y, 0.0));
+        assert!((g - Mat3::from_diagonal(&Vec3::new(1.0, 1.0, 0.0))).amax() < 1e-6, "{g}");
     }
 }

@@ -1,7 +1,6 @@
 //! What makes the gradient exact for linear fields up to the surface: moment matrices, their
 //! inverses, and the area vectors that follow from them.
 
-use crate::boundary::mirror::Mirror;
 use crate::lattice::Lattice;
 use crate::tensor::{Mat3, Vec3};
 use rayon::prelude::*;
@@ -10,11 +9,11 @@ use rayon::prelude::*;
 /// body has no gradient across itself.
 const SMALLEST_MOMENT: f64 = 0.02;
 
-/// Constants of one particle on the lattice. Sums run over its neighbours b, mirror ghosts
-/// included, with X = x_b - x_a and w = -W'(r)/r.
+/// Constants of one particle on the lattice. Sums run over its neighbours b, with X = x_b - x_a and
+/// w = -W'(r)/r.
 #[derive(Clone, Copy, Debug)]
 pub struct Moments {
-    /// V_a; zero for what no sum sees.
+    /// V_a.
     pub volume: f64,
     /// L_a, the pseudo-inverse of sum V_b w X X^T.
     pub correction: Mat3,
@@ -26,7 +25,7 @@ pub struct Moments {
 
 impl Moments {
     /// Those of particle `a`.
-    pub fn new(lattice: &Lattice, volume: &[f64], mirror: &Mirror, a: usize) -> Self {
+    pub fn new(lattice: &Lattice, volume: &[f64], a: usize) -> Self {
         let (mut second, mut first, mut zeroth) = (Mat3::zeros(), Vec3::zeros(), 0.0);
         let mut add = |vw: f64, x: &Vec3| {
             second += vw * x * x.transpose();
@@ -37,9 +36,6 @@ impl Moments {
             if let Some(b) = lattice.neighbour(a, neighbour) {
                 add(volume[b] * neighbour.w, &neighbour.x);
             }
-        }
-        for ghost in mirror.ghosts_of(a) {
-            add(volume[ghost.partner as usize] * ghost.w, &ghost.x);
         }
         let correction = pseudo_inverse(&second, SMALLEST_MOMENT * lattice.full_moment);
         Self { volume: volume[a], correction, first, zeroth }
@@ -65,10 +61,9 @@ fn pseudo_inverse(m: &Mat3, smallest: f64) -> Mat3 {
 }
 
 /// Area vectors A_a = -sum_b V_a V_b (F_a^T L_a + F_b^T L_b) grad_a W: outward, about four layers thick
-/// with alternating signs, zero inside and at mirror planes; their sum over a flat face is its
-/// undeformed area. `stretch` holds F = d xi / d X where the lattice was laid on a deformed body, and is
+/// with alternating signs, zero inside; their sum over a flat face is its undeformed area. `stretch` holds F = d xi / d X where the lattice was laid on a deformed body, and is
 /// empty where it was not.
-pub fn area_vectors(lattice: &Lattice, moments: &[Moments], mirror: &Mirror, stretch: &[Mat3]) -> Vec<Vec3> {
+pub fn area_vectors(lattice: &Lattice, moments: &[Moments], stretch: &[Mat3]) -> Vec<Vec3> {
     let corrections: Vec<Mat3> = moments
         .iter()
         .enumerate()
@@ -82,12 +77,6 @@ pub fn area_vectors(lattice: &Lattice, moments: &[Moments], mirror: &Mirror, str
                 if let Some(b) = lattice.neighbour(a, neighbour) {
                     sum += moments[b].volume * neighbour.w * (corrections[b] * neighbour.x);
                 }
-            }
-            for ghost in mirror.ghosts_of(a) {
-                let b = ghost.partner as usize;
-                // L of the ghost is that of its partner, reflected.
-                let r = Mat3::from_diagonal(&ghost.reflection);
-                sum += moments[b].volume * ghost.w * (r * corrections[b] * r * ghost.x);
             }
             -moments[a].volume * sum
         })

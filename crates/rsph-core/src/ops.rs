@@ -2,8 +2,9 @@
 
 mod adjoint;
 mod blocks;
-mod fold;
+mod even;
 mod gradient;
+mod part;
 mod stencil;
 mod sweep;
 
@@ -11,26 +12,32 @@ use crate::lattice::{Lattice, Weights};
 use crate::tensor::{Mat3, Vec3};
 use crate::tiles::{LANES, Tile, Tiles};
 use adjoint::Adjoint;
-use blocks::{Block, Sum, for_each_block};
-pub use fold::{Fold, Folds};
+use blocks::{Block, Results, Sum, for_each_block};
+use even::Even;
 use gradient::Gradient;
+pub use part::Part;
 use pulp::Simd;
-use rayon::prelude::*;
 use stencil::Stencil;
-use sweep::{Source, sweep};
+pub use sweep::Line;
+use sweep::sweep;
 
 /// Components that [`gradient_sums`] writes for each particle: nine of a matrix T (row by row) for
 /// [`adjoint_sums`], and a vector.
 pub const PAIR_COMPONENTS: usize = 12;
 
-/// Tiles that one task of plain work takes.
-const TILES_A_TASK: usize = 128;
 /// What a sweep does at each particle with its sums: the nine of H = sum w q_b (x) X (row by row), then
 /// Q = sum w q_b. It runs on several lanes of a tile at once, a particle a lane.
 pub trait Pointwise: Sync {
     /// Replaces the sums in the lanes from `lane` on of `tile` by its results, zero where there is no
-    /// particle.
-    fn transform<S: Simd>(&self, simd: S, tile: usize, lane: usize, sums: &mut [S::f64s; PAIR_COMPONENTS]);
+    /// particle. `side` are the components of the tile in a second field, if it has any.
+    fn transform<S: Simd>(
+        &self,
+        simd: S,
+        tile: usize,
+        lane: usize,
+        sums: &mut [S::f64s; PAIR_COMPONENTS],
+        side: &mut [Tile],
+    );
 }
 
 /// The sums as they are.
@@ -39,7 +46,27 @@ pub struct Plain;
 
 impl Pointwise for Plain {
     #[inline(always)]
-    fn transform<S: Simd>(&self, _: S, _: usize, _: usize, _: &mut [S::f64s; PAIR_COMPONENTS]) {}
+    fn transform<S: Simd>(
+        &self,
+        _: S,
+        _: usize,
+        _: usize,
+        _: &mut [S::f64s; PAIR_COMPONENTS],
+        _: &mut [Tile],
+    ) {
+    }
+}
+
+/// Components of a field beside the sums.
+pub const SIDE_COMPONENTS: usize = 6;
+
+/// A field of [`SIDE_COMPONENTS`] on a part of the body, which a sweep reads and replaces.
+#[derive(Debug)]
+pub struct Side<'a> {
+    /// The part.
+    pub part: &'a Part,
+    /// The field.
+    pub values: &'a mut [Tile],
 }
 
 /// For every particle a the sums over its neighbours b, with q_b = V_b A_b from a tiled field,
@@ -47,55 +74,99 @@ impl Pointwise for Plain {
 /// * H = sum_b w q_b (x) X (a matrix: Eq. (10) before the subtraction of A_a),
 /// * Q = sum_b w q_b,
 ///
-/// images at the folds included, handed to `pointwise`, whose twelve results go to the tiled field `out`.
+/// handed to `pointwise`, whose twelve results go to the tiled field `out`; only in a `part` of the body, if there is
+/// one.
 pub fn gradient_sums(
     lattice: &Lattice,
-    folds: &Folds,
+    part: Option<&Part>,
     q: &[Tile],
     out: &mut [Tile],
+    side: Option<Side<'_>>,
     pointwise: &impl Pointwise,
 ) {
-    for_each_block(
-        lattice,
-        out,
-        PAIR_COMPONENTS,
-        &GradientSums { weights: &lattice.weights, folds, q, pointwise },
-    );
+    let side = side.map_or_else(Results::none, |s| Results::new(Some(s.part), SIDE_COMPONENTS, s.values));
+    let sums = GradientSums { weights: &lattice.weights, part, q, pointwise };
+    for_each_block(lattice, Results::new(None, PAIR_COMPONENTS, out), side, &sums);
 }
 
-/// Replaces the twelve components of every particle, sums H and Q, by what `function` makes of
-/// (particle, H, Q); zero where there is no particle.
-pub fn per_particle(
-    tiles: &Tiles,
-    field: &mut [Tile],
-    function: impl Fn(usize, &Mat3, &Vec3) -> [f64; PAIR_COMPONENTS] + Sync,
-) {
-    field.par_chunks_mut(PAIR_COMPONENTS).with_min_len(TILES_A_TASK).enumerate().for_each(|(t, tile)| {
-        let (mut a, mask) = tiles.particles(t);
-        for l in 0..LANES {
+/// [`Pointwise`] from a function of (particle, H, Q, side) for one particle at a time.
+pub struct EachParticle<'a, F> {
+    /// The particles.
+    pub tiles: &'a Tiles,
+    /// The function.
+    pub function: F,
+}
+
+impl<F> Pointwise for EachParticle<'_, F>
+where
+    F: Fn(usize, &Mat3, &Vec3, &mut [f64; SIDE_COMPONENTS]) -> [f64; PAIR_COMPONENTS] + Sync,
+{
+    #[inline(always)]
+    fn transform<S: Simd>(
+        &self,
+        _: S,
+        tile: usize,
+        lane: usize,
+        sums: &mut [S::f64s; PAIR_COMPONENTS],
+        side: &mut [Tile],
+    ) {
+        let mut values = [[0.0; LANES]; PAIR_COMPONENTS];
+        for (values, sum) in values.iter_mut().zip(sums.iter()) {
+            S::as_mut_simd_f64s(&mut values[..S::F64_LANES]).0[0] = *sum;
+        }
+        let (first, mask) = self.tiles.particles(tile);
+        for l in 0..S::F64_LANES {
+            let at = lane + l;
             let mut result = [0.0; PAIR_COMPONENTS];
-            if mask >> l & 1 == 1 {
-                let h = Mat3::from_fn(|i, j| tile[3 * i + j].0[l]);
-                let q = Vec3::from_fn(|i, _| tile[9 + i].0[l]);
-                result = function(a, &h, &q);
-                a += 1;
+            if mask >> at & 1 == 1 {
+                let a = first + (mask & ((1 << at) - 1)).count_ones() as usize;
+                let h = Mat3::from_fn(|i, j| values[3 * i + j][l]);
+                let q = Vec3::from_fn(|i, _| values[9 + i][l]);
+                let mut beside = std::array::from_fn(|c| side.get(c).map_or(0.0, |tile| tile.0[at]));
+                result = (self.function)(a, &h, &q, &mut beside);
+                for (tile, value) in side.iter_mut().zip(beside) {
+                    tile.0[at] = value;
+                }
             }
-            for (tile, value) in tile.iter_mut().zip(result) {
-                tile.0[l] = value;
+            for (values, result) in values.iter_mut().zip(result) {
+                values[l] = result;
             }
         }
-    });
+        for (sum, values) in sums.iter_mut().zip(&values) {
+            *sum = S::as_simd_f64s(&values[..S::F64_LANES]).0[0];
+        }
+    }
 }
 
 /// For every particle a the sum over its neighbours b of w T_b X, the adjoint of the gradient sum;
-/// T is the matrix in the first nine components of `t`, those of images included. Results go to the tiled field `out`.
-pub fn adjoint_sums(lattice: &Lattice, folds: &Folds, t: &[Tile], out: &mut [Tile]) {
-    for_each_block(lattice, out, 3, &AdjointSums { weights: &lattice.weights, folds, t });
+/// T is the matrix in the first nine components of `t`. Results go to the tiled field `out`; only in a `part` of the
+/// body, if there is one.
+pub fn adjoint_sums(lattice: &Lattice, part: Option<&Part>, t: &[Tile], out: &mut [Tile]) {
+    let sums = AdjointSums { weights: &lattice.weights, part, t };
+    for_each_block(lattice, Results::new(None, 3, out), Results::none(), &sums);
+}
+
+/// A field of `C` components that is made as it is read.
+pub trait EvenSource<const C: usize>: Sync {
+    /// Puts the values of a tile of the body into the places from `at` on of the lines.
+    fn read(&self, tile: usize, lines: &mut [Line; C], at: usize);
+}
+
+/// For every particle of `part` the sums S = sum_b w q_b over its neighbours of a field of `C` components; results go
+/// to `out`, a field on the tiles of the part.
+pub fn even_sums<const C: usize>(
+    lattice: &Lattice,
+    part: &Part,
+    source: &impl EvenSource<C>,
+    out: &mut [Tile],
+) {
+    let sums = EvenSums::<_, C> { weights: &lattice.weights, part, source };
+    for_each_block(lattice, Results::new(Some(part), C, out), Results::none(), &sums);
 }
 
 struct GradientSums<'a, P> {
     weights: &'a Weights,
-    folds: &'a Folds,
+    part: Option<&'a Part>,
     q: &'a [Tile],
     pointwise: &'a P,
 }
@@ -103,19 +174,17 @@ struct GradientSums<'a, P> {
 impl<P: Pointwise> Sum for GradientSums<'_, P> {
     #[inline(always)]
     fn run<S: Simd, T: Stencil>(&self, simd: S, stencil: T, block: Block<'_>) {
-        let first = block.first();
-        let Block { tiles, column, planes, out } = block;
-        let passes = Gradient { stencil, weights: self.weights, signs: self.folds.signs() };
+        let Block { tiles, column, planes, mut out, mut side } = block;
+        let passes = Gradient { stencil, weights: self.weights, tiles, part: self.part, q: self.q };
         sweep(
             simd,
             &passes,
-            Source { tiles, folds: self.folds, field: self.q },
             column,
             planes,
             #[inline(always)]
             |t, lane, sums| {
-                self.pointwise.transform(simd, t, lane, sums);
-                store::<S>(&mut out[(t - first) * PAIR_COMPONENTS..][..PAIR_COMPONENTS], lane, sums);
+                self.pointwise.transform(simd, t, lane, sums, side.of(t));
+                store::<S>(out.of(t), lane, sums);
             },
         );
     }
@@ -123,25 +192,48 @@ impl<P: Pointwise> Sum for GradientSums<'_, P> {
 
 struct AdjointSums<'a> {
     weights: &'a Weights,
-    folds: &'a Folds,
+    part: Option<&'a Part>,
     t: &'a [Tile],
 }
 
 impl Sum for AdjointSums<'_> {
     #[inline(always)]
     fn run<S: Simd, T: Stencil>(&self, simd: S, stencil: T, block: Block<'_>) {
-        let first = block.first();
-        let Block { tiles, column, planes, out } = block;
-        let passes = Adjoint { stencil, weights: self.weights, signs: self.folds.signs() };
+        let Block { tiles, column, planes, mut out, .. } = block;
+        let passes = Adjoint { stencil, weights: self.weights, tiles, part: self.part, t: self.t };
         sweep(
             simd,
             &passes,
-            Source { tiles, folds: self.folds, field: self.t },
             column,
             planes,
             #[inline(always)]
             |t, lane, sums| {
-                store::<S>(&mut out[(t - first) * 3..][..3], lane, sums);
+                store::<S>(out.of(t), lane, sums);
+            },
+        );
+    }
+}
+
+struct EvenSums<'a, Q, const C: usize> {
+    weights: &'a Weights,
+    part: &'a Part,
+    source: &'a Q,
+}
+
+impl<Q: EvenSource<C>, const C: usize> Sum for EvenSums<'_, Q, C> {
+    #[inline(always)]
+    fn run<S: Simd, T: Stencil>(&self, simd: S, stencil: T, block: Block<'_>) {
+        let Block { tiles, column, planes, mut out, .. } = block;
+        let passes =
+            Even::<_, _, C> { stencil, weights: self.weights, tiles, part: self.part, source: self.source };
+        sweep(
+            simd,
+            &passes,
+            column,
+            planes,
+            #[inline(always)]
+            |t, lane, sums| {
+                store::<S>(out.of(t), lane, sums);
             },
         );
     }

@@ -35,17 +35,64 @@ pub struct Body {
     /// The body's surface as the zero of its level set on the lattice (marching cubes), in the
     /// undeformed state.
     pub surface: crate::mesh::TriangleMesh,
+    /// Volume that each particle stands for: of its cell, of neighbouring ones too empty for a particle, and scaled where
+    /// the surface cuts cells, so that their sum is the volume within the surface.
+    pub volume: Vec<f64>,
+    /// The surface of the shape without pieces that hold no particle; `None`: all of it.
+    pub kept_surface: Option<crate::mesh::TriangleMesh>,
     /// Volume of the cells that were dropped because they do not hang together with the largest
     /// piece.
     pub dropped_volume: f64,
 }
 
 impl Body {
-    /// Volume of the particles: the sum of theta dx^3 (dx^2, at thickness one, in the plane). No correction is applied for the slivers
-    /// below [`MIN_FRACTION`]; they are less than 1 % of an organ at 1,000 particles.
+    /// Volume of the particles (area, at thickness one, of a plane body).
     pub fn volume(&self) -> f64 {
-        self.fraction.iter().sum::<f64>() * self.grid.spacing.powi(self.dimension as i32)
+        self.volume.iter().sum()
     }
+
+    /// Whether the surface cuts the cell of each particle.
+    pub fn cut(&self) -> Vec<bool> {
+        self.fraction.iter().map(|f| is_cut(*f)).collect()
+    }
+}
+
+/// Whether a cell that lies inside to this fraction is cut by the surface.
+pub fn is_cut(fraction: f64) -> bool {
+    (fraction - 1.0).abs() > 1e-6
+}
+
+/// Relative error of the volume that is rounding: whole cells stay as they are.
+const ROUNDING: f64 = 1e-12;
+/// Largest relative error of the volume of the cells that is made up for in cut cells alone.
+const LARGEST_CORRECTION: f64 = 0.05;
+
+/// The volume of each particle.
+fn volumes(shape: &dyn Shape, occupied: &occupy::Occupied) -> Vec<f64> {
+    let cell = occupied.grid.spacing.powi(shape.dimension() as i32);
+    let mut volume: Vec<f64> = occupied.share.iter().map(|s| s * cell).collect();
+    let sum: f64 = volume.iter().sum();
+    let whole = if shape.dimension() == 3 { shape.surface().volume() } else { shape.volume() };
+    let wanted = whole - occupied.dropped_volume;
+    let in_cut: f64 =
+        volume.iter().zip(&occupied.fraction).filter(|(_, f)| is_cut(**f)).map(|(v, _)| v).sum();
+    let missing = wanted - sum;
+    if missing.abs() <= ROUNDING * sum {
+        return volume;
+    }
+    if in_cut > 0.0 && missing.abs() <= LARGEST_CORRECTION * sum {
+        let factor = 1.0 + missing / in_cut;
+        volume
+            .iter_mut()
+            .zip(&occupied.fraction)
+            .filter(|(_, f)| is_cut(**f))
+            .for_each(|(v, _)| *v *= factor);
+    } else if wanted > 0.0 {
+        for v in &mut volume {
+            *v *= wanted / sum;
+        }
+    }
+    volume
 }
 
 /// Cells with a smaller inside fraction hold no particle.
@@ -85,6 +132,8 @@ pub fn sample(
             dimension: 2,
             level_set: occupied.cells.iter().map(distance).collect(),
             surface: shape.surface().clone(),
+            volume: volumes(shape, &occupied),
+            kept_surface: None,
             grid: occupied.grid,
             cells: occupied.cells,
             fraction: occupied.fraction,
@@ -92,6 +141,9 @@ pub fn sample(
         });
     }
     let zero = zero_surface::zero_surface(shape, &occupied);
+    let volume = volumes(shape, &occupied);
+    let dropped = occupied.dropped_volume > 0.0;
+    let kept_surface = dropped.then(|| zero_surface::near_body(shape.surface(), &occupied));
     Ok(Body {
         dimension: 3,
         grid: occupied.grid,
@@ -99,6 +151,8 @@ pub fn sample(
         fraction: occupied.fraction,
         level_set: zero.level_set,
         surface: zero.surface,
+        volume,
+        kept_surface,
         dropped_volume: occupied.dropped_volume,
     })
 }

@@ -394,7 +394,7 @@ impl Simulation {
     /// # Errors
     /// A load that acts on nothing, or a body whose loads can not be replaced; nothing has changed then.
     pub fn set_loads(&mut self, loads: Vec<Load>) -> Result<(), InvalidInput> {
-        self.model.set_loads(&loads)?;
+        self.model.set_loads(&loads, self.time)?;
         self.setup.loads = loads;
         Ok(())
     }

@@ -58,6 +58,25 @@ impl Surface {
         Self { mesh, fields }
     }
 
+    /// Replaces the strain and the stress of every vertex, and what follows from them, by these.
+    pub fn set_strain_and_stress(&mut self, read: &[(SymTensor, SymTensor)]) {
+        let normals = vertex_normals(&self.mesh);
+        let (normal, shear): (Vec<f64>, Vec<f64>) =
+            read.iter().zip(&normals).map(|((e, _), n)| normal_and_shear(*e, n)).unzip();
+        let new = [
+            ("strain", read.iter().flat_map(|(e, _)| e.0).collect()),
+            ("stress", read.iter().flat_map(|(_, s)| s.0).collect()),
+            ("von_mises", read.iter().map(|(_, s)| s.von_mises()).collect()),
+            ("normal_strain", normal),
+            ("shear_strain", shear),
+        ];
+        for (name, values) in new {
+            if let Some(field) = self.fields.iter_mut().find(|f| f.name == name) {
+                field.values = values;
+            }
+        }
+    }
+
     /// The field of that name.
     pub fn field(&self, name: &str) -> Option<&SurfaceField> {
         self.fields.iter().find(|f| f.name == name)
@@ -72,7 +91,7 @@ fn normal_and_shear(strain: SymTensor, n: &Vec3) -> (f64, f64) {
 }
 
 /// Unit normals of the vertices: means over their triangles, weighted by area.
-fn vertex_normals(mesh: &TriangleMesh) -> Vec<Vec3> {
+pub(crate) fn vertex_normals(mesh: &TriangleMesh) -> Vec<Vec3> {
     let mut normals = vec![Vec3::zeros(); mesh.vertices.len()];
     for t in &mesh.triangles {
         let [a, b, c] = t.map(|i| mesh.vertices[i as usize]);

@@ -68,6 +68,11 @@ impl Default for VectorField {
 }
 
 impl VectorField {
+    /// Whether it is the zero vector everywhere, as it is by default.
+    pub fn is_zero(&self) -> bool {
+        matches!(self, Self::Constant(c) if *c == Vec3::zeros())
+    }
+
     /// The vector at the reference position `x`.
     pub fn at(&self, x: &Vec3) -> Vec3 {
         match self {

@@ -3,7 +3,7 @@
 use rsph_core::material::KelvinVoigt;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{Boundary, Initial, Load, LoadKind, Ramp, Setup, Solver, TimeStep, Units};
+use rsph_core::setup::{Boundary, Fix, Initial, Load, LoadKind, Ramp, Setup, Solver, TimeStep, Units};
 use rsph_core::shape::BoxShape;
 use rsph_core::simulation::Simulation;
 use rsph_core::tensor::Vec3;
@@ -49,7 +49,7 @@ fn a_step_does_not_allocate() {
         resolution: Resolution::Particles(1000),
         material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap()),
         initial: Initial::default(),
-        boundaries: vec![Boundary { region: face(0.0, Side::Below), fix: [true; 3], motion: None }],
+        boundaries: vec![Boundary { region: face(0.0, Side::Below), fix: Fix::ALL, motion: None }],
         loads: vec![Load {
             kind: LoadKind::Traction { region: face(1.0, Side::Above), traction: Vec3::z() },
             ramp: Ramp::default(),

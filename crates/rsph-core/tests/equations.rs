@@ -91,18 +91,19 @@ fn kelvin_voigt_stress_by_hand() {
 #[test]
 fn interpolation_is_the_plain_sum_inside_and_exact_at_the_surface() {
     let n = 11;
-    let body = common::clamped_cube(n, 1.25, 0.1, 0.3);
+    let body = common::clamped_cube(n, 1.25, 0.3);
     let field = |x: &Vec3| 1.5 - 0.4 * x.x + 0.9 * x.y + 2.0 * x.z;
     let values: Vec<f64> = body.positions.iter().map(field).collect();
     let column = Column::from_vec(values.clone(), values.len());
     let points = [Vec3::new(0.47, 0.52, 0.5), Vec3::new(0.0, 0.3, 1.0), Vec3::repeat(1.0)];
     let lattice = &body.elastic.lattice;
-    let weights = PointWeights::new(&Cloud::new(&body.positions, lattice.spacing), &points);
+    let volume = vec![body.spacing.powi(3); values.len()];
+    let weights = PointWeights::new(&Cloud::new(&body.positions, &volume, lattice.spacing), &points);
     for (i, x) in points.iter().enumerate() {
         assert_relative_eq!(weights.value(&column, 0, i), field(x), max_relative = 1e-10);
     }
     // Eq. (8) to the letter, where the support is full.
-    let kernel = QuarticSpline::<3>::new(lattice.smoothing_length);
+    let kernel = QuarticSpline::<3>::new(lattice.spacing);
     let volume = body.spacing.powi(3);
     let sum: f64 = body
         .positions

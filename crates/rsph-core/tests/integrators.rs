@@ -6,8 +6,8 @@ use rsph_core::material::KelvinVoigt;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Initial, Integration, Load, LoadKind, Mechanics, Probe, Quantity, Ramp, Remesh, Scheme, Setup,
-    Solver, TimeStep, Units,
+    Boundary, Fix, Initial, Integration, Load, LoadKind, Mechanics, Probe, Quantity, Ramp, Remesh, Scheme,
+    Setup, Solver, TimeStep, Units,
 };
 use rsph_core::shape::{BoxShape, MeshShape};
 use rsph_core::simulation::Simulation;
@@ -28,7 +28,7 @@ fn cube(scheme: Scheme, step: TimeStep) -> Setup {
         resolution: Resolution::Particles(343),
         material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.0, 0.2).unwrap()),
         initial: Initial::default(),
-        boundaries: vec![Boundary { region: plane(0.0, Side::Below), fix: [true; 3], motion: None }],
+        boundaries: vec![Boundary { region: plane(0.0, Side::Below), fix: Fix::ALL, motion: None }],
         loads: vec![Load {
             kind: LoadKind::Traction { region: plane(1.0, Side::Above), traction: Vec3::z() },
             ramp: Ramp::default(),
@@ -201,7 +201,7 @@ fn dumbbell(neck: f64) -> Setup {
     let mut setup = cube(Scheme::Auto, TimeStep::Auto);
     setup.shape = Arc::new(shape);
     setup.resolution = Resolution::Spacing(0.1);
-    setup.boundaries = vec![Boundary { region: plane(-0.4, Side::Below), fix: [true; 3], motion: None }];
+    setup.boundaries = vec![Boundary { region: plane(-0.4, Side::Below), fix: Fix::ALL, motion: None }];
     setup.loads = vec![Load {
         kind: LoadKind::BodyForce { region: Region::All, acceleration: Vec3::new(0.1, 0.0, -0.3) },
         ramp: Ramp::default(),

@@ -11,7 +11,7 @@ use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Initial, Load, LoadKind, Mechanics, Motion, Probe, Quantity, Ramp, Remesh, RemeshTrigger,
+    Boundary, Fix, Initial, Load, LoadKind, Mechanics, Motion, Probe, Quantity, Ramp, Remesh, RemeshTrigger,
     Setup, Solver, TimeStep, Units, VectorField,
 };
 use rsph_core::shape::{BoxShape, DiscShape, RectangleShape, Shape, SphereShape};
@@ -30,7 +30,7 @@ fn setup(shape: impl Shape + 'static, spacing: f64, relaxation_time: f64) -> Set
         loads: Vec::new(),
         mechanics: Mechanics::Solid,
         remesh: Remesh::default(),
-        solver: Solver { hourglass: 0.2, ..Solver::default() },
+        solver: Solver::default(),
         integration: rsph_core::setup::Integration::default(),
         time_step: TimeStep::Auto,
         allow_unstable: false,
@@ -47,7 +47,7 @@ fn plane(axis: Axis, at: f64, side: Side) -> Region {
 }
 
 fn clamp(region: Region) -> Boundary {
-    Boundary { region, fix: [true; 3], motion: None }
+    Boundary { region, fix: Fix::ALL, motion: None }
 }
 
 /// Remeshes a body that has been deformed by `a` and moves as `rate` x, and compares with both.

@@ -6,8 +6,8 @@ use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Formulation, Initial, Load, LoadKind, Motion, Probe, Quantity, Ramp, Remesh, RemeshTrigger,
-    Setup, Solver, TimeStep, Units, VectorField,
+    Boundary, Fix, Formulation, Initial, Load, LoadKind, Motion, Probe, Quantity, Ramp, Remesh,
+    RemeshTrigger, Setup, Solver, TimeStep, Units, VectorField,
 };
 use rsph_core::shape::{BoxShape, Shape, SphereShape};
 use rsph_core::simulation::Simulation;
@@ -88,8 +88,8 @@ fn sheared(trigger: RemeshTrigger, direction: Vec3) -> Setup {
     let plane = |at, side| Region::Plane { axis: Axis::Z, at, side };
     let motion = Motion::Ramp { displacement: 0.2 * direction, ramp: Ramp { from: 0.0, to: 0.5 } };
     s.boundaries = vec![
-        Boundary { region: plane(0.0, Side::Below), fix: [true; 3], motion: None },
-        Boundary { region: plane(1.0, Side::Above), fix: [true; 3], motion: Some(motion) },
+        Boundary { region: plane(0.0, Side::Below), fix: Fix::ALL, motion: None },
+        Boundary { region: plane(1.0, Side::Above), fix: Fix::ALL, motion: Some(motion) },
     ];
     let probe = |name: &str, quantity, region| Probe {
         name: name.into(),
@@ -125,12 +125,19 @@ fn a_sheared_cube_is_the_same_remeshed() {
     }
 }
 
-/// The lattice does not move with a wall that moves along its normal.
+/// The lattice does not move with a face that moves along its normal, which keeps its hold all the same.
 #[test]
-fn a_face_that_moves_along_its_normal_is_refused() {
-    let error = Simulation::new(sheared(RemeshTrigger::Steps(10), Vec3::z())).unwrap_err();
-    assert!(error.key == "remesh.every" && error.problem.contains("normal"), "{error}");
-    assert!(Simulation::new(sheared(RemeshTrigger::Never, Vec3::z())).is_ok());
+fn a_face_that_moves_along_its_normal_keeps_its_hold() {
+    let run = |trigger| {
+        let mut s = sheared(trigger, Vec3::z());
+        s.probes[0].quantity = Quantity::parse("displacement.z").unwrap();
+        let mut simulation = Simulation::new(s).unwrap();
+        simulation.advance_to(0.6, &mut |_| true).unwrap();
+        simulation.readings()[0].value
+    };
+    let (kept, remeshed) = (run(RemeshTrigger::Never), run(RemeshTrigger::Steps(100)));
+    assert!((kept - 0.1).abs() < 0.002, "{kept}");
+    assert!((remeshed / kept - 1.0).abs() < 0.02, "{kept} {remeshed}");
 }
 
 /// The free oscillation of a stretched ball: the same with and without remeshing, and no energy from it.
@@ -150,9 +157,10 @@ fn a_swinging_ball_swings_on() {
         (run(RemeshTrigger::Never), run(RemeshTrigger::Steps(3)));
     let log = with.remesh_log().unwrap();
     assert!(log.count > 5, "{log:?}");
-    // The largest difference that was measured is 0.6 %; the sum of all changes by remeshing 0.4 %.
-    assert!((remeshed / energy - 1.0).abs() < 0.02, "{energy} {remeshed}");
-    assert!(log.energy_change.abs() < 0.02 * energy, "{log:?}");
+    // 3.3 % after 33 remeshings were measured: on a deformed lattice the surface is balanced to some per cent only. (It
+    // was 0.6 % with the operator before, whose surface is balanced nowhere.)
+    assert!((remeshed / energy - 1.0).abs() < 0.05, "{energy} {remeshed}");
+    assert!(log.energy_change.abs() < 0.05 * energy, "{log:?}");
     let (a, b) = (without.snapshot(), with.snapshot());
     let (a, b) = (without.surface(&a).mesh, with.surface(&b).mesh);
     let largest = a.vertices.iter().zip(&b.vertices).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
@@ -183,7 +191,7 @@ fn the_literal_formulation_is_laid_anew_as_well() {
         s.material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap());
         s.boundaries = vec![Boundary {
             region: Region::Plane { axis: Axis::Z, at: 0.0, side: Side::Below },
-            fix: [true; 3],
+            fix: Fix::ALL,
             motion: None,
         }];
         let region = Region::Plane { axis: Axis::Z, at: 1.0, side: Side::Above };

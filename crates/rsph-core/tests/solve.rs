@@ -3,19 +3,25 @@
 
 mod common;
 
-use common::{Noise, TestBody, ball, body, clamp, clamped_cube, solve};
+use common::{Noise, TestBody, ball, body, clamped_cube, face, held_cube, solve};
 use proptest::prelude::*;
-use rsph_core::boundary::fixed::FixedParticle;
-use rsph_core::boundary::mirror::MirrorPlane;
+use rsph_core::boundary::fixed::{Fixed, FixedParticle};
 use rsph_core::dynamics::elastic::Elastic;
-use rsph_core::solve::blocks::diagonal_blocks;
+use rsph_core::grid::Grid;
+use rsph_core::lattice::Lattice;
+use rsph_core::material::KelvinVoigt;
+use rsph_core::region::{Axis, Side};
+use rsph_core::sample::Resolution;
+use rsph_core::setup::{Boundary, Fix};
+use rsph_core::shape::{Shape, SphereShape, cut};
 use rsph_core::solve::cg::Goal;
 use rsph_core::solve::rigid::loose_pieces;
 use rsph_core::solve::stiff::StiffSolver;
 use rsph_core::tensor::Vec3;
+use std::sync::Arc;
 
-fn roller(axis: usize) -> MirrorPlane {
-    MirrorPlane { axis, at: 0.0, fix: std::array::from_fn(|i| i == axis), motion: None }
+fn roller(axis: Axis) -> Boundary {
+    Boundary { region: face(axis, 0.0, Side::Below), fix: Fix::Normal, motion: None }
 }
 
 /// A body with cut cells whose lower part is held particle by particle.
@@ -49,28 +55,8 @@ fn smooth_load(body: &TestBody) -> Vec<f64> {
 }
 
 #[test]
-fn diagonal_blocks_are_those_of_the_operator() {
-    let corner = body([5; 3], 0.2, 1.25, 0.1, 0.3, vec![roller(0), roller(1), clamp()], |_| 1.0);
-    for mut body in [ball(0.8), ball(1.25), clamped_cube(6, 1.25, 0.1, 0.3), corner] {
-        let n = body.positions.len();
-        let blocks = diagonal_blocks(&body.elastic);
-        let (mut x, mut y) = (vec![0.0; 3 * n], vec![0.0; 3 * n]);
-        for a in (0..n).step_by(n / 12) {
-            for j in 0..3 {
-                x.fill(0.0);
-                x[j * n + a] = 1.0;
-                body.elastic.apply(0.0, 1.0, &x, &mut y);
-                for i in 0..3 {
-                    assert!((y[i * n + a] - blocks[a][(i, j)]).abs() < 1e-12 * blocks[a].norm());
-                }
-            }
-        }
-    }
-}
-
-#[test]
 fn the_solution_is_that_of_plain_conjugate_gradients() {
-    for mut body in [held_ball(0.8), clamped_cube(7, 1.25, 0.1, 0.3)] {
+    for mut body in [held_ball(0.8), clamped_cube(7, 1.25, 0.3)] {
         let load = smooth_load(&body);
         let exact = solve(&mut body.elastic, &load);
         let (_, x) = iterations(&mut body.elastic, (0.0, 1.0), &load);
@@ -92,37 +78,49 @@ fn few_iterations_for_any_size_smoothing_and_material() {
         (13, 1.25, 0.45),
         (30, 0.8, 0.3),
     ] {
-        let mut body = clamped_cube(n, smoothing, 0.4, nu);
+        let mut body = clamped_cube(n, smoothing, nu);
         let load = smooth_load(&body);
         let (static_one, _) = iterations(&mut body.elastic, (0.0, 1.0), &load);
         let (stage, _) = iterations(&mut body.elastic, (1.0, 0.01), &load);
         println!("{n}^3, h = {smoothing} dx, nu = {nu}: {static_one}, in time {stage}");
-        assert!(static_one <= 20 && stage <= 20);
+        assert!(static_one <= 20 && stage <= 20, "{static_one} {stage}");
     }
     let mut held = held_ball(0.8);
     let load = smooth_load(&held);
     assert!(iterations(&mut held.elastic, (0.0, 1.0), &load).0 <= 20);
 }
 
-/// The lattice starts anywhere with respect to a clamp: blocks of two cells must not be half clamped.
+/// The lattice lies anywhere with respect to a clamp, along an axis or across them.
 #[test]
 fn iterations_do_not_depend_on_where_a_clamp_crosses_the_lattice() {
-    let (n, dx) = (18, 1.0 / 18.0);
-    let iterations: Vec<usize> = (2..8)
-        .map(|cells| {
-            let at = f64::from(cells) * dx;
-            let clamp = MirrorPlane { at, ..clamp() };
-            let ball = |x: &Vec3| {
-                let depth = 0.47 - (x - Vec3::repeat(0.5)).norm();
-                if x.z > at { (depth / dx + 0.5).clamp(0.0, 1.0) } else { 0.0 }
-            };
-            let mut body =
-                body([n; 3], dx, 0.8, 0.4, 0.3, vec![clamp], |x| if ball(x) < 0.1 { 0.0 } else { ball(x) });
-            let load = smooth_load(&body);
-            iterations(&mut body.elastic, (0.0, 1.0), &load).0
-        })
-        .collect();
-    assert!(iterations.iter().all(|i| *i <= 12), "{iterations:?}");
+    for normal in [Vec3::z(), Vec3::new(1.0, 2.0, 0.5).normalize()] {
+        let iterations: Vec<usize> = (0..5)
+            .map(|k| {
+                let ball: Arc<dyn Shape> = Arc::new(SphereShape::new(0.47, Vec3::zeros()).unwrap());
+                let point = normal * (-0.3 + 0.011 * f64::from(k));
+                let shape = cut(&ball, &point, &-normal, 1e-9).unwrap();
+                let region = rsph_core::region::Region::HalfSpace { point, normal };
+                let clamp = Boundary { region, fix: Fix::ALL, motion: None };
+                let mut body = body(shape, Resolution::Spacing(1.0 / 18.0), 0.8, 1.0, 0.3, &[clamp]);
+                let load = smooth_load(&body);
+                iterations(&mut body.elastic, (0.0, 1.0), &load).0
+            })
+            .collect();
+        println!("{iterations:?}");
+        assert!(iterations.iter().all(|i| *i <= 16), "{iterations:?}");
+    }
+}
+
+/// Nearly incompressible tissue; at 0.499 it takes about a hundred.
+#[test]
+fn iterations_towards_the_incompressible_limit() {
+    for (nu, most) in [(0.45, 20), (0.49, 40)] {
+        let mut body = clamped_cube(16, 0.8, nu);
+        let load = smooth_load(&body);
+        let (found, _) = iterations(&mut body.elastic, (0.0, 1.0), &load);
+        println!("nu = {nu}: {found}");
+        assert!(found <= most, "nu = {nu}: {found}");
+    }
 }
 
 #[test]
@@ -145,22 +143,29 @@ fn what_is_loose_is_named() {
     assert_eq!(free.len(), 1);
     assert!(free[0].free && free[0].motions.len() == 6, "{free:?}");
 
-    let sliding = body([5; 3], 0.2, 0.8, 0.4, 0.3, vec![roller(0), roller(1)], |_| 1.0);
+    let sliding = held_cube(5, 0.8, 0.3, &[roller(Axis::X), roller(Axis::Y)]);
     let found = loose_pieces(&sliding.elastic);
     assert_eq!(found[0].motions, ["shifted along z"]);
 
-    let hinged = body([5; 3], 0.2, 0.8, 0.4, 0.3, vec![roller(2)], |_| 1.0);
+    let hinged = held_cube(5, 0.8, 0.3, &[roller(Axis::Z)]);
     let found = loose_pieces(&hinged.elastic);
     assert_eq!(found[0].motions.len(), 3, "{found:?}");
     assert!(found[0].motions[2].starts_with("turned about an axis along z"), "{found:?}");
 
     // Two pieces, of which the clamp holds the lower one.
-    let two = body([4, 4, 12], 0.1, 0.8, 0.4, 0.3, vec![clamp()], |x| f64::from(x.z < 0.4 || x.z > 0.8));
-    let found = loose_pieces(&two.elastic);
+    let grid = Grid { origin: Vec3::zeros(), spacing: 0.1, cells: [4, 4, 12] };
+    let cells: Vec<[usize; 3]> = (0..192).map(|a| [a % 4, a / 4 % 4, a / 16]).collect();
+    let cells: Vec<[usize; 3]> = cells.into_iter().filter(|c| c[2] < 4 || c[2] >= 8).collect();
+    let particles = (0..16).map(|particle| FixedParticle { particle, fix: [true; 3], motion: None });
+    let fixed = Fixed { particles: particles.collect() };
+    let lattice = Lattice::new(&grid, &cells, 0.8);
+    let material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap());
+    let two = Elastic::new(lattice, &vec![1e-3; cells.len()], fixed, material, 40.0);
+    let found = loose_pieces(&two);
     assert_eq!((found.len(), found[0].particles, found[0].free), (1, 64, true));
     assert!((found[0].centre - Vec3::new(0.2, 0.2, 1.0)).norm() < 1e-12);
 
-    assert!(loose_pieces(&clamped_cube(4, 0.8, 0.4, 0.3).elastic).is_empty());
+    assert!(loose_pieces(&clamped_cube(4, 0.8, 0.3).elastic).is_empty());
 }
 
 proptest! {

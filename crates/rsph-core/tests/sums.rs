@@ -1,15 +1,14 @@
 //! The kernel sums in three passes against plain sums over neighbours.
 
-use rsph_core::boundary::mirror::{Mirror, MirrorPlane};
 use rsph_core::grid::Grid;
 use rsph_core::lattice::Lattice;
-use rsph_core::ops::{self, PAIR_COMPONENTS, Plain};
+use rsph_core::ops::{self, EvenSource, Line, PAIR_COMPONENTS, Part, Plain};
 use rsph_core::solve::sums::noise;
 use rsph_core::tensor::{Mat3, Vec3};
 use rsph_core::tiles::{LANES, Tile};
 
-/// A ragged body in a box that no tile fills, with holes, apart from what lies behind the planes.
-fn body(planes: &[MirrorPlane], smoothing: f64) -> (Lattice, Vec<Vec3>) {
+/// A ragged body in a box that no tile fills, with holes.
+fn body(smoothing: f64) -> Lattice {
     let size = [19, 13, 11];
     let grid = Grid { origin: Vec3::new(-0.3, 0.2, 0.1), spacing: 0.1, cells: size };
     let mut cells = Vec::new();
@@ -20,16 +19,13 @@ fn body(planes: &[MirrorPlane], smoothing: f64) -> (Lattice, Vec<Vec3>) {
                     grid.origin + Vec3::new(i as f64 + 0.5, j as f64 + 0.5, k as f64 + 0.5) * grid.spacing;
                 let centre = grid.origin + Vec3::new(9.0, 6.0, 5.0) * grid.spacing;
                 let hole = (i * 7 + j * 5 + k * 3) % 11 == 0;
-                let before = planes.iter().all(|p| x[p.axis] > p.at);
-                if (x - centre).component_div(&Vec3::new(1.0, 0.7, 0.6)).amax() < 0.95 && !hole && before {
+                if (x - centre).component_div(&Vec3::new(1.0, 0.7, 0.6)).amax() < 0.95 && !hole {
                     cells.push([i, j, k]);
                 }
             }
         }
     }
-    let lattice = Lattice::new(&grid, &cells, smoothing);
-    let positions = (0..lattice.len()).map(|a| lattice.position(a)).collect();
-    (lattice, positions)
+    Lattice::new(&grid, &cells, smoothing)
 }
 
 fn random(lattice: &Lattice, components: usize, used: usize) -> (Vec<Tile>, Vec<f64>) {
@@ -45,41 +41,58 @@ fn random(lattice: &Lattice, components: usize, used: usize) -> (Vec<Tile>, Vec<
     (field, values)
 }
 
-fn check(smoothing: f64, planes: Vec<MirrorPlane>) {
-    let (lattice, positions) = body(&planes, smoothing);
-    let all_on_faces = planes.iter().all(|p| {
-        let face = (p.at - lattice.origin[p.axis]) / lattice.spacing;
-        (face - face.round()).abs() < 1e-9
-    });
-    let mirror = Mirror::new(&lattice, &positions, planes, |_| true);
-    assert_ne!(mirror.has_others(), all_on_faces);
+/// A tiled field, as it is.
+struct Field<'a>(&'a [Tile]);
 
+impl EvenSource<PART> for Field<'_> {
+    fn read(&self, tile: usize, lines: &mut [Line; PART], at: usize) {
+        for (Line(line), component) in lines.iter_mut().zip(&self.0[PAIR_COMPONENTS * tile..]) {
+            line[at..at + LANES].copy_from_slice(&component.0);
+        }
+    }
+}
+
+/// Components of sums on a part of the body.
+const PART: usize = 9;
+
+#[test]
+fn sums_are_those_over_neighbours_at_every_reach() {
+    for smoothing in [0.75, 0.8, 1.0, 1.2, 1.25, 1.5, 2.0] {
+        check(smoothing);
+    }
+}
+
+fn check(smoothing: f64) {
+    let lattice = body(smoothing);
     let (q, values) = random(&lattice, 3, 3);
     let mut sums = lattice.tiles.field(PAIR_COMPONENTS);
-    ops::gradient_sums(&lattice, mirror.folds(), &q, &mut sums, &Plain);
+    ops::gradient_sums(&lattice, None, &q, &mut sums, None, &Plain);
     let (t, tensors) = random(&lattice, PAIR_COMPONENTS, 9);
     let mut adjoint = lattice.tiles.field(3);
-    ops::adjoint_sums(&lattice, mirror.folds(), &t, &mut adjoint);
+    ops::adjoint_sums(&lattice, None, &t, &mut adjoint);
+    // Some tiles, alone and in groups.
+    let part = Part::new(&lattice, |t| t % 7 == 0 || t % 13 < 2);
+    let mut even = vec![Tile::default(); PART * part.len()];
+    ops::even_sums::<PART>(&lattice, &part, &Field(&t), &mut even);
+    let (mut sums_of_part, mut adjoint_of_part) =
+        (lattice.tiles.field(PAIR_COMPONENTS), lattice.tiles.field(3));
+    ops::gradient_sums(&lattice, Some(&part), &q, &mut sums_of_part, None, &Plain);
+    ops::adjoint_sums(&lattice, Some(&part), &t, &mut adjoint_of_part);
+    assert_eq!(part.tiles().count(), part.len());
 
     let vector = |a: usize| Vec3::from_column_slice(&values[3 * a..3 * a + 3]);
     let tensor = |a: usize| Mat3::from_row_slice(&tensors[9 * a..9 * a + 9]);
     let scale: f64 = lattice.neighbours.iter().map(|n| n.w).sum();
     for a in 0..lattice.len() {
         let (mut h, mut plain, mut force) = (Mat3::zeros(), Vec3::zeros(), Vec3::zeros());
+        let mut plain_tensor = Mat3::zeros();
         for n in &lattice.neighbours {
             if let Some(b) = lattice.neighbour(a, n) {
                 h += n.w * vector(b) * n.x.transpose();
                 plain += n.w * vector(b);
                 force += n.w * tensor(b) * n.x;
+                plain_tensor += n.w * tensor(b);
             }
-        }
-        for ghost in mirror.ghosts_of(a).filter(|g| mirror.is_folded(g)) {
-            let b = ghost.partner as usize;
-            let image = ghost.w * ghost.sign.component_mul(&vector(b));
-            h += image * ghost.x.transpose();
-            plain += image;
-            let t_x = tensor(b) * ghost.reflection.component_mul(&ghost.x);
-            force += ghost.w * ghost.sign.component_mul(&t_x);
         }
         let (tile, lane) = lattice.tiles.place(a);
         let sum = |c: usize| sums[tile * PAIR_COMPONENTS + c].0[lane];
@@ -91,53 +104,33 @@ fn check(smoothing: f64, planes: Vec<MirrorPlane>) {
             let computed = adjoint[tile * 3 + i].0[lane];
             assert!((computed - force[i]).abs() < 1e-13 * scale, "{smoothing} adjoint {i} of {a}");
         }
+        let Some(number) = part.number(tile) else { continue };
+        for c in 0..PART {
+            let error = even[PART * number + c].0[lane] - plain_tensor[(c / 3, c % 3)];
+            assert!(error.abs() < 1e-13 * scale, "{smoothing} even {c} of {a}");
+        }
+        for c in 0..PAIR_COMPONENTS {
+            assert_eq!(sums_of_part[tile * PAIR_COMPONENTS + c].0[lane].to_bits(), sum(c).to_bits());
+        }
+        for i in 0..3 {
+            assert_eq!(
+                adjoint_of_part[tile * 3 + i].0[lane].to_bits(),
+                adjoint[tile * 3 + i].0[lane].to_bits()
+            );
+        }
     }
     // Another number of threads cuts the body into other blocks.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(7).build().unwrap();
     let mut again = lattice.tiles.field(PAIR_COMPONENTS);
-    pool.install(|| ops::gradient_sums(&lattice, mirror.folds(), &q, &mut again, &Plain));
+    pool.install(|| ops::gradient_sums(&lattice, None, &q, &mut again, None, &Plain));
     assert!(occupied(&lattice, &sums) == occupied(&lattice, &again));
+    let mut again = vec![Tile::default(); PART * part.len()];
+    pool.install(|| ops::even_sums::<PART>(&lattice, &part, &Field(&t), &mut again));
+    assert!(even == again);
 }
 
 fn occupied(lattice: &Lattice, field: &[Tile]) -> Vec<[f64; LANES]> {
     let tiles: std::collections::BTreeSet<usize> =
         (0..lattice.len()).map(|a| lattice.tiles.place(a).0).collect();
     tiles.iter().flat_map(|t| field[t * PAIR_COMPONENTS..][..PAIR_COMPONENTS].iter().map(|v| v.0)).collect()
-}
-
-fn plane(axis: usize, cell: f64, fix: [bool; 3]) -> MirrorPlane {
-    let origin = [-0.3, 0.2, 0.1];
-    MirrorPlane { axis, at: origin[axis] + 0.1 * cell, fix, motion: None }
-}
-
-#[test]
-fn free_bodies_at_every_reach() {
-    for smoothing in [0.75, 0.8, 1.0, 1.2, 1.25, 1.5, 2.0] {
-        check(smoothing, Vec::new());
-    }
-}
-
-#[test]
-fn mirrored_at_faces_edges_and_corners() {
-    for smoothing in [0.8, 1.25, 2.0] {
-        for axis in 0..3 {
-            for face in [0.0, 1.0, 3.0, 4.0] {
-                check(smoothing, vec![plane(axis, face, [true; 3])]);
-                check(smoothing, vec![plane(axis, face, [axis == 0, axis == 1, axis == 2])]);
-            }
-        }
-        let corner = [
-            plane(0, 5.0, [true, false, false]),
-            plane(1, 4.0, [false, true, true]),
-            plane(2, 3.0, [true, true, false]),
-        ];
-        check(smoothing, corner[..2].to_vec());
-        check(smoothing, corner.to_vec());
-    }
-}
-
-#[test]
-fn planes_between_cell_faces_are_left_to_the_list_of_ghosts() {
-    check(1.25, vec![plane(2, 3.3, [true; 3])]);
-    check(1.25, vec![plane(0, 5.0, [true, false, false]), plane(2, 3.3, [true; 3])]);
 }

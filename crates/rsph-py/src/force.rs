@@ -5,8 +5,8 @@ use crate::errors::{input_error, invalid_input, plain};
 use numpy::{PyArrayLike2, PyUntypedArrayMethods, TypeMustMatch};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rsph_core::boundary::skin::Skin;
 use rsph_core::boundary::surface_load::SurfacePoint;
+use rsph_core::boundary::surface_quadrature::SurfaceQuadrature;
 use rsph_core::particles::{Column, Field};
 use rsph_core::simulation::Simulation;
 use rsph_core::tensor::Vec3;
@@ -19,7 +19,7 @@ pub struct PythonForce {
     on_surface: bool,
     /// The reference positions of the particles that what follows was made for.
     laid: Option<Arc<Vec<f64>>>,
-    skin: Option<(Skin, Vec<SurfacePoint>)>,
+    surface: Option<(SurfaceQuadrature, Vec<SurfacePoint>)>,
     /// Columns that stay as they are: reference positions, and normals and areas, or masses and volumes.
     constant: Vec<(&'static str, Py<PyAny>)>,
     /// The step and the time that the present forces are for.
@@ -28,7 +28,7 @@ pub struct PythonForce {
 
 impl PythonForce {
     pub fn new(function: Py<PyAny>, on_surface: bool) -> Self {
-        Self { function, on_surface, laid: None, skin: None, constant: Vec::new(), evaluated: None }
+        Self { function, on_surface, laid: None, surface: None, constant: Vec::new(), evaluated: None }
     }
 
     pub fn clone_ref(&self, py: Python<'_>) -> Self {
@@ -36,7 +36,7 @@ impl PythonForce {
             function: self.function.clone_ref(py),
             on_surface: self.on_surface,
             laid: self.laid.clone(),
-            skin: self.skin.clone(),
+            surface: self.surface.clone(),
             constant: self.constant.iter().map(|(name, array)| (*name, array.clone_ref(py))).collect(),
             evaluated: self.evaluated,
         }
@@ -59,18 +59,18 @@ impl PythonForce {
         let particles = simulation.particles();
         let here = |field: Field| -> Vec<f64> {
             let column = particles.column(field);
-            self.skin
+            self.surface
                 .as_ref()
-                .map_or_else(|| by_point(column), |(skin, points)| skin.interpolate(points, column))
+                .map_or_else(|| by_point(column), |(surface, points)| surface.interpolate(points, column))
         };
         columns.set_item("displacement", point_by_point(py, here(Field::Displacement), 3)?)?;
         columns.set_item("velocity", point_by_point(py, here(Field::Velocity), 3)?)?;
         let returned = self.function.bind(py).call1((t, columns))?;
-        let points = self.skin.as_ref().map_or(particles.len(), |(_, points)| points.len());
+        let points = self.surface.as_ref().map_or(particles.len(), |(_, points)| points.len());
         let forces = checked(py, &returned, points)?;
         let n = particles.len();
-        let force = match &self.skin {
-            Some((skin, points)) => skin.carry(n, points, &forces),
+        let force = match &self.surface {
+            Some((surface, points)) => surface.carry(n, points, &forces),
             None => (0..3 * n).map(|k| forces[k % n][k / n]).collect(),
         };
         simulation.set_forces(&force).map_err(|e| invalid_input(&e))?;
@@ -86,15 +86,16 @@ impl PythonForce {
         };
         self.constant.clear();
         if self.on_surface {
-            let skin =
-                simulation.skin().ok_or_else(|| plain("this kind of body takes no forces on its surface"))?;
-            let points = skin.points();
+            let surface = simulation
+                .surface_quadrature()
+                .ok_or_else(|| plain("this kind of body takes no forces on its surface"))?;
+            let points = surface.points();
             let list = |of: fn(&SurfacePoint) -> Vec3| positions(py, points.iter().map(|p| of(p).into()));
             self.constant.push(("reference", read_only(list(|p| p.x))?));
             self.constant.push(("normals", read_only(list(|p| p.normal))?));
             let areas = points.iter().map(|p| p.area).collect();
             self.constant.push(("areas", read_only(point_by_point(py, areas, 1)?)?));
-            self.skin = Some((skin, points));
+            self.surface = Some((surface, points));
         } else {
             let particles = simulation.particles();
             for (name, field) in

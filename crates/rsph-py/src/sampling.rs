@@ -27,8 +27,7 @@ pub fn sample<'py>(
     let centres = body.cells.iter().map(|c| body.grid.centre(*c).into());
     let dict = PyDict::new(py);
     dict.set_item("positions", positions(py, centres))?;
-    let volume = body.fraction.iter().map(|f| f * dx.powi(3)).collect();
-    dict.set_item("volume", point_by_point(py, volume, 1)?)?;
+    dict.set_item("volume", point_by_point(py, body.volume, 1)?)?;
     dict.set_item("level_set", point_by_point(py, body.level_set, 1)?)?;
     dict.set_item("spacing", dx)?;
     Ok(dict)

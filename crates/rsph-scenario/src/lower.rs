@@ -270,13 +270,12 @@ fn solver(
     };
     let on_lattice = formulation == Formulation::Adjoint && matches!(mechanics, Mechanics::Solid);
     let usual = match (on_lattice, large_strain) {
-        (true, true) => Solver { hourglass: Solver::LARGE_STRAIN_HOURGLASS, ..Solver::default() },
         (true, false) => Solver::ACCURATE,
-        (false, _) => Solver::default(),
+        _ => Solver::default(),
     };
     let smoothing = table.smoothing.unwrap_or(usual.smoothing);
     let hourglass = table.hourglass.unwrap_or(usual.hourglass);
     positive(doc, &path.key("smoothing"), smoothing, "the smoothing length in spacings")?;
-    zero_or_more(doc, &path.key("hourglass"), hourglass, "the weight of the hourglass term")?;
+    zero_or_more(doc, &path.key("hourglass"), hourglass, "the multiple of the hourglass term")?;
     Ok(Solver { formulation, smoothing, hourglass })
 }

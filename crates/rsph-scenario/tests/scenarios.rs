@@ -5,7 +5,7 @@
 use proptest::prelude::*;
 use rsph_core::region::Region;
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{LoadKind, Motion, TimeStep};
+use rsph_core::setup::{Fix, LoadKind, Motion, TimeStep};
 use rsph_scenario::Job;
 use rsph_scenario::scenario::{LoadedScenario, ScenarioError, schema};
 use std::path::PathBuf;
@@ -23,8 +23,8 @@ fn the_tensile_test_is_lowered_word_by_word() {
     assert_eq!((job.until, job.frame_interval), (3.0, 0.05));
     let setup = job.setup;
     assert_eq!(setup.resolution, Resolution::Particles(343));
-    assert_eq!(setup.time_step, TimeStep::Fixed(0.001));
-    assert_eq!(setup.boundaries[0].fix, [true; 3]);
+    assert_eq!(setup.time_step, TimeStep::Auto);
+    assert_eq!(setup.boundaries[0].fix, Fix::ALL);
     let LoadKind::Traction { traction, .. } = &setup.loads[0].kind else { panic!("{:?}", setup.loads) };
     assert_eq!(traction.z, 1.0);
     assert_eq!(setup.probes[0].quantity.component, Some(2));
@@ -46,7 +46,7 @@ fn every_kind_of_part_is_understood() {
     ])
     .unwrap();
     let setup = job.setup;
-    assert_eq!(setup.boundaries[0].fix, [false, false, true]);
+    assert_eq!(setup.boundaries[0].fix, Fix::Components([false, false, true]));
     assert!(
         matches!(setup.boundaries[0].motion, Some(Motion::Oscillation { frequency, .. }) if frequency == 2.0)
     );

@@ -95,10 +95,9 @@ fn description(shape: &MeshShape, body: &Body) -> String {
 fn write_csv(path: &Path, body: &Body) -> io::Result<()> {
     let mut file = BufWriter::new(File::create(path)?);
     writeln!(file, "x,y,z,volume,level_set")?;
-    let cell = body.grid.spacing.powi(3);
-    for ((c, fraction), level_set) in body.cells.iter().zip(&body.fraction).zip(&body.level_set) {
+    for ((c, volume), level_set) in body.cells.iter().zip(&body.volume).zip(&body.level_set) {
         let x = body.grid.centre(*c);
-        writeln!(file, "{},{},{},{},{level_set}", x.x, x.y, x.z, fraction * cell)?;
+        writeln!(file, "{},{},{},{},{level_set}", x.x, x.y, x.z, volume)?;
     }
     file.flush()
 }

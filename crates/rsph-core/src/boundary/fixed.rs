@@ -21,8 +21,6 @@ pub struct FixedParticle {
 pub struct Fixed {
     /// Each particle once for each boundary that holds it; later entries win.
     pub particles: Vec<FixedParticle>,
-    /// Particles beyond the mirror plane of a clamp that cuts the body, which no sum sees.
-    pub apart: Vec<usize>,
 }
 
 impl Fixed {

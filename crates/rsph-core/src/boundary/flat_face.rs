@@ -1,7 +1,6 @@
-//! Loads on the flat faces of a box: with the area vectors of the operator, so that a uniform traction
-//! meets a uniform stress exactly.
+//! Loads on the flat faces of a box at large strain and in the scheme of the paper: with the area vectors of the operator,
+//! so that a uniform traction meets a uniform stress exactly.
 
-use super::load::LoadedBody;
 use crate::grid::Bounds;
 use crate::region::Region;
 use crate::tensor::Vec3;
@@ -10,6 +9,17 @@ use crate::tensor::Vec3;
 pub const DEPTH: f64 = 3.3;
 /// Largest relative deviation of their sum from the face's area on an undeformed lattice.
 pub const TOLERANCE: f64 = 0.01;
+
+/// What the flat faces of a box are loaded by.
+#[derive(Clone, Copy, Debug)]
+pub struct Faces<'a> {
+    /// Area vectors of the particles.
+    pub area_vectors: &'a [Vec3],
+    /// Depth below a face over which its area vectors spread.
+    pub depth: f64,
+    /// Largest relative deviation of their sum from the area of the face.
+    pub tolerance: f64,
+}
 
 /// A face of a box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,15 +69,15 @@ impl Face {
     /// Forces A_a.n / S on the particles for a unit traction times area along the normal, where
     /// S = sum A.n over the area is 1 but for the quality of the lattice; `None` when it is not: a body
     /// too thin for its spacing, whose other faces reach into this one's area vectors.
-    pub fn shares(&self, bounds: &Bounds, body: &LoadedBody<'_>) -> Option<Vec<f64>> {
+    pub fn shares(&self, bounds: &Bounds, positions: &[Vec3], faces: &Faces<'_>) -> Option<Vec<f64>> {
         let normal = self.normal();
         let at = if self.upper { bounds.max[self.axis] } else { bounds.min[self.axis] };
         let size = bounds.size();
         let area = size[(self.axis + 1) % 3] * size[(self.axis + 2) % 3];
-        let near = |x: &Vec3| (x[self.axis] - at).abs() < body.face_depth;
+        let near = |x: &Vec3| (x[self.axis] - at).abs() < faces.depth;
         let share = |(x, a): (&Vec3, &Vec3)| if near(x) { a.dot(&normal) } else { 0.0 };
-        let shares: Vec<f64> = body.positions.iter().zip(body.area_vectors).map(share).collect();
+        let shares: Vec<f64> = positions.iter().zip(faces.area_vectors).map(share).collect();
         let s = shares.iter().sum::<f64>() / area;
-        ((s - 1.0).abs() < body.face_tolerance).then(|| shares.iter().map(|f| f / s).collect())
+        ((s - 1.0).abs() < faces.tolerance).then(|| shares.iter().map(|f| f / s).collect())
     }
 }

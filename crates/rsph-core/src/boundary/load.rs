@@ -1,18 +1,19 @@
 //! From a load to the forces on the particles.
 
 use crate::boundary::body_force::body_force;
-use crate::boundary::flat_face::Face;
+use crate::boundary::constraints::{Hold, projectors};
+use crate::boundary::flat_face::{Face, Faces};
 use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::patch::Patch;
-use crate::boundary::skin::{Carriers, Skin};
 use crate::boundary::surface_load::{SurfacePoint, Traction};
+use crate::boundary::surface_quadrature::SurfaceQuadrature;
 use crate::boundary::tag::no_particle;
 use crate::error::InvalidInput;
 use crate::grid::Bounds;
 use crate::region::Region;
 use crate::setup::{Load, LoadKind};
 use crate::shape::Shape;
-use crate::tensor::Vec3;
+use crate::tensor::{Mat3, Vec3};
 
 /// Longest triangle edge of the surface quadrature, in spacings, where the rim of a region cuts a triangle, of which all or nothing is loaded.
 const RESOLUTION_AT_RIM: f64 = 0.02;
@@ -26,63 +27,47 @@ pub struct LoadedBody<'a> {
     pub mass: &'a [f64],
     /// Undeformed positions.
     pub positions: &'a [Vec3],
-    /// Area vectors.
-    pub area_vectors: &'a [Vec3],
     /// Spacing dx.
     pub spacing: f64,
-    /// Depth below a flat face over which its area vectors spread.
-    pub face_depth: f64,
-    /// Largest relative deviation of their sum from the area of the face.
-    pub face_tolerance: f64,
     /// Tolerance of regions (a length).
     pub tolerance: f64,
+    /// The surface with the weights of the particles.
+    pub surface: &'a SurfaceQuadrature,
+    /// How the boundaries hold the surface.
+    pub holds: &'a [Hold],
+    /// Flat faces that are loaded by the area vectors of an operator that does not balance its surface.
+    pub faces: Option<Faces<'a>>,
 }
 
-/// Forces on the particles of a load, by its number, that is a traction on the triangles.
-type OnSurface<'a> = dyn FnMut(usize, &Traction<'_>) -> Result<Vec<f64>, InvalidInput> + 'a;
-
-/// The forces of every load. Where there is a place for the `skin` it is made of `carriers` when the first load
-/// needs it; if not, a single load makes what it reaches.
+/// The forces of every load. A traction on a held part of the surface counts as far as the part is free.
 ///
 /// # Errors
 /// `load[i]...` when a load acts on nothing.
-pub fn nodal_loads(
-    loads: &[Load],
-    body: &LoadedBody<'_>,
-    skin: Option<&mut Option<Skin>>,
-    carriers: &Carriers<'_>,
-) -> Result<Vec<NodalLoad>, InvalidInput> {
-    let (surface, n) = (body.shape.surface(), body.mass.len());
-    let mut shared = None;
-    let mut skin = skin.or_else(|| (loads.len() > 1).then_some(&mut shared));
-    let mut on_surface = |i: usize, traction: &Traction<'_>| {
-        let force = match &mut skin {
-            Some(kept) => {
-                kept.get_or_insert_with(|| Skin::new(surface, body.spacing, carriers)).force(n, traction)
-            }
-            None => Skin::reached(surface, body.spacing, carriers, traction.reaches).force(n, traction),
-        };
-        force.ok_or_else(|| {
+pub fn nodal_loads(loads: &[Load], body: &LoadedBody<'_>) -> Result<Vec<NodalLoad>, InvalidInput> {
+    let n = body.mass.len();
+    let free = |set: u32, normal: &Vec3| {
+        Mat3::identity() - projectors(body.holds, set, normal).iter().map(|h| h.1).sum::<Mat3>()
+    };
+    let on_surface = |i: usize, traction: &Traction<'_>| {
+        body.surface.force(n, traction, &free).ok_or_else(|| {
             let Bounds { min, max } = body.shape.bounds();
             let place = |v: &Vec3| format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z);
             InvalidInput::new(
                 format!("load[{i}]"),
                 "(this load)",
                 format!(
-                    "acts on no part of the surface, which lies between {} and {}",
+                    "acts on no free part of the surface, which lies between {} and {}",
                     place(&min),
                     place(&max)
                 ),
-                "check the region or centre, its units, the direction and the signs",
+                "check the region or centre, its units, the direction and the signs, and what boundaries hold",
             )
         })
     };
-    // A uniform traction on whole flat faces, or any other on the triangles.
-    let on_region = |on_surface: &mut OnSurface<'_>,
-                     i: usize,
-                     region: &Region,
-                     traction: &(dyn Fn(&Vec3) -> Vec3 + Sync)| {
-        flat_faces(body, region, traction).map_or_else(
+    // Any traction on the triangles, or a uniform one on whole flat faces where these are another case.
+    let on_region = |i: usize, region: &Region, traction: &(dyn Fn(&Vec3) -> Vec3 + Sync)| {
+        let by_faces = body.faces.as_ref().and_then(|faces| flat_faces(body, faces, region, traction));
+        by_faces.map_or_else(
             || {
                 let loaded = |x: &Vec3, n: &Vec3| region.contains_on_surface(x, n, body.tolerance);
                 let at = |p: &SurfacePoint| {
@@ -104,12 +89,8 @@ pub fn nodal_loads(
             let force = match &load.kind {
                 // A baseline without load is a load of zero, wherever it acts.
                 kind if kind.is_zero() => Ok(vec![0.0; 3 * body.mass.len()]),
-                LoadKind::Traction { region, traction } => {
-                    on_region(&mut on_surface, i, region, &|_| *traction)
-                }
-                LoadKind::Pressure { region, pressure } => {
-                    on_region(&mut on_surface, i, region, &|n| -*pressure * n)
-                }
+                LoadKind::Traction { region, traction } => on_region(i, region, &|_| *traction),
+                LoadKind::Pressure { region, pressure } => on_region(i, region, &|n| -*pressure * n),
                 LoadKind::BodyForce { region, acceleration } => {
                     body_force(body.mass, body.positions, region, acceleration, body.tolerance)
                         .ok_or_else(|| no_particle(&format!("load[{i}].region"), region, body.positions))
@@ -124,19 +105,62 @@ pub fn nodal_loads(
         .collect()
 }
 
+/// A load as a traction on the surface at factor 1.
+#[derive(Clone, Debug)]
+pub enum SurfaceTraction<'a> {
+    /// The same in a whole region.
+    Traction(&'a Region, Vec3),
+    /// Against the outward normal in a region.
+    Pressure(&'a Region, f64),
+    /// A smeared local load.
+    Patch(Patch),
+    /// None: it acts inside.
+    Nothing,
+}
+
+impl<'a> SurfaceTraction<'a> {
+    /// The traction of a load on a body of that shape.
+    pub fn new(kind: &'a LoadKind, shape: &dyn Shape) -> Self {
+        match kind {
+            LoadKind::Traction { region, traction } => Self::Traction(region, *traction),
+            LoadKind::Pressure { region, pressure } => Self::Pressure(region, *pressure),
+            LoadKind::Patch { pressure, centre, radius, direction } => {
+                Self::Patch(Patch::on(shape.surface(), *pressure, centre, *radius, direction))
+            }
+            LoadKind::BodyForce { .. } => Self::Nothing,
+        }
+    }
+
+    /// The traction at `x` of the surface with that outward normal; regions are enlarged by `tolerance`.
+    pub fn at(&self, x: &Vec3, normal: &Vec3, tolerance: f64) -> Vec3 {
+        let inside = |region: &Region| region.contains_on_surface(x, normal, tolerance);
+        match self {
+            Self::Traction(region, traction) if inside(region) => *traction,
+            Self::Pressure(region, pressure) if inside(region) => -*pressure * normal,
+            Self::Patch(patch) => patch.traction(&SurfacePoint { x: *x, normal: *normal, area: 0.0 }),
+            _ => Vec3::zeros(),
+        }
+    }
+}
+
 /// Forces of a uniform traction on whole flat faces of a box by its area vectors; `None` where that
 /// does not apply.
-fn flat_faces(body: &LoadedBody<'_>, region: &Region, traction: &dyn Fn(&Vec3) -> Vec3) -> Option<Vec<f64>> {
+fn flat_faces(
+    body: &LoadedBody<'_>,
+    faces: &Faces<'_>,
+    region: &Region,
+    traction: &dyn Fn(&Vec3) -> Vec3,
+) -> Option<Vec<f64>> {
     if !body.shape.is_box() {
         return None;
     }
     let bounds = body.shape.bounds();
-    let faces = Face::whole_faces(&bounds, region, body.tolerance).filter(|f| !f.is_empty())?;
+    let whole = Face::whole_faces(&bounds, region, body.tolerance).filter(|f| !f.is_empty())?;
     let n = body.mass.len();
     let mut force = vec![0.0; 3 * n];
-    for face in faces {
+    for face in whole {
         let traction = traction(&face.normal());
-        let shares = face.shares(&bounds, body)?;
+        let shares = face.shares(&bounds, body.positions, faces)?;
         for (a, share) in shares.into_iter().enumerate() {
             for i in 0..3 {
                 force[i * n + a] += traction[i] * share;

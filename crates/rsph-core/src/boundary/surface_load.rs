@@ -68,15 +68,19 @@ pub struct Panel {
 }
 
 /// Calls `visit` with the triangles of a surface and their corners, split until no edge is longer than
-/// `longest`.
-pub fn for_each_panel(mesh: &TriangleMesh, longest: f64, mut visit: impl FnMut(Panel, &[Vec3; 3])) {
+/// `longest` says of their corners and outward normal.
+pub fn for_each_panel(
+    mesh: &TriangleMesh,
+    longest: impl Fn(&[Vec3; 3], &Vec3) -> f64,
+    mut visit: impl FnMut(Panel, &[Vec3; 3]),
+) {
     for t in &mesh.triangles {
         let corners = t.map(|i| mesh.vertices[i as usize]);
         let cross = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
         let area = 0.5 * cross.norm();
         if area > 0.0 {
             let normal = cross / (2.0 * area);
-            split(&corners, area, &|_| longest, &mut |corners, area, edge| {
+            split(&corners, area, &|corners| longest(corners, &normal), &mut |corners, area, edge| {
                 let x = (corners[0] + corners[1] + corners[2]) / 3.0;
                 visit(Panel { centre: SurfacePoint { x, normal, area }, edge }, corners);
             });
@@ -88,9 +92,13 @@ pub fn for_each_panel(mesh: &TriangleMesh, longest: f64, mut visit: impl FnMut(P
 /// longer than `resolution`.
 pub fn quadrature(mesh: &TriangleMesh, resolution: f64) -> Vec<SurfacePoint> {
     let mut points = Vec::new();
-    for_each_panel(mesh, resolution, |panel, corners| {
-        three_points(corners, &panel.centre.normal, panel.centre.area, &mut |p| points.push(*p));
-    });
+    for_each_panel(
+        mesh,
+        |_, _| resolution,
+        |panel, corners| {
+            three_points(corners, &panel.centre.normal, panel.centre.area, &mut |p| points.push(*p));
+        },
+    );
     points
 }
 
@@ -152,12 +160,16 @@ mod tests {
             let patch = Patch::on(&surface, 1.0, &centre, Some(radius), &-Vec3::z());
             let (mut force, mut points) = (Vec3::zeros(), 0);
             patch.with_traction(|traction| {
-                for_each_panel(&surface, 0.25, |panel, corners| {
-                    traction.on(&panel, corners, |_, f| {
-                        force += f;
-                        points += 1;
-                    });
-                });
+                for_each_panel(
+                    &surface,
+                    |_, _| 0.25,
+                    |panel, corners| {
+                        traction.on(&panel, corners, |_, f| {
+                            force += f;
+                            points += 1;
+                        });
+                    },
+                );
             });
             // The integral of exp(-d^2/r^2) over the plane is pi r^2.
             let exact = std::f64::consts::PI * radius * radius;

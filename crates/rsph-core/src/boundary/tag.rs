@@ -1,4 +1,4 @@
-//! From regions to particles: which face gets mirror ghosts, which particles are held. Particles are
+//! From regions to particles, at large strain and in the scheme of the paper: which face gets mirror ghosts, which particles are held. Particles are
 //! found anew after every remesh, by where they were in the undeformed body, because regions survive it
 //! and indices do not.
 
@@ -8,7 +8,7 @@ use crate::error::InvalidInput;
 use crate::grid::Bounds;
 use crate::region::{Region, Side};
 use crate::sample::Alignment;
-use crate::setup::{Boundary, Formulation, Motion, Solver};
+use crate::setup::{Boundary, Fix, Formulation, Motion, Solver};
 use crate::tensor::Vec3;
 
 /// How the boundaries hold a body: decided on the undeformed body, and the same after every remesh.
@@ -17,8 +17,6 @@ pub struct Holds {
     /// Faces held with mirror ghosts.
     pub planes: Vec<MirrorPlane>,
     regions: Vec<HeldRegion>,
-    /// Parts beyond planes through the body.
-    apart: Vec<Region>,
 }
 
 /// A part of the undeformed body that is held.
@@ -50,22 +48,7 @@ impl Holds {
                 return Err(no_particle(key, region, positions));
             }
         }
-        fixed.apart = (0..positions.len()).filter(|&a| self.is_apart(&positions[a])).collect();
         Ok(fixed)
-    }
-
-    /// Whether the place `x` of the undeformed body lies beyond a plane through it.
-    pub fn is_apart(&self, x: &Vec3) -> bool {
-        self.apart.iter().any(|region| region.contains(x, 0.0))
-    }
-
-    /// The mirror planes where they are at time `t`.
-    pub fn planes_at(&self, t: f64) -> Vec<MirrorPlane> {
-        let moved = |p: &MirrorPlane| {
-            let shift = p.motion.filter(|_| p.fix[p.axis]).map_or(0.0, |m| m.displacement(t)[p.axis]);
-            MirrorPlane { at: p.at + shift, ..*p }
-        };
-        self.planes.iter().map(moved).collect()
     }
 }
 
@@ -106,37 +89,15 @@ impl Plane {
     }
 }
 
-/// How a clamp along a plane through the body holds it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Cut {
-    /// By mirror images of what is before the plane; what lies beyond is seen by no sum.
-    Mirror,
-    /// By holding what lies beyond.
-    Layers,
-}
-
-impl Cut {
-    /// What the formulation can.
-    pub fn of(formulation: Formulation) -> Self {
-        if formulation == Formulation::Adjoint { Self::Mirror } else { Self::Layers }
-    }
-
-    /// Whether `boundary`, which cuts the body, acts as a mirror plane: if it holds all components.
-    fn mirrors(self, boundary: &Boundary) -> bool {
-        self == Self::Mirror && boundary.fix == [true; 3]
-    }
-}
-
-/// Lattice positions that make planes inside the body accurate: a clamp lies on the faces of cells, so that
-/// the mirror images of the particles continue the lattice; of any other boundary the last held layer lies
-/// one wall offset beyond the plane.
-pub fn alignment(boundaries: &[Boundary], bounds: &Bounds, solver: &Solver, cut: Cut) -> Vec<Alignment> {
+/// Lattice positions that make planes inside the body accurate: the last held layer lies one wall offset beyond the
+/// plane.
+pub fn alignment(boundaries: &[Boundary], bounds: &Bounds, solver: &Solver) -> Vec<Alignment> {
     let mut found: Vec<Alignment> = Vec::new();
     for boundary in boundaries {
         if let Some(Plane { axis, at, side }) = Plane::of(&boundary.region) {
             let inside = at > bounds.min[axis] && at < bounds.max[axis];
             if inside && found.iter().all(|a| a.axis != axis) {
-                let offset = if cut.mirrors(boundary) { 0.5 } else { wall_offset(solver.smoothing) };
+                let offset = wall_offset(solver.smoothing);
                 let offset = if side == Side::Below { offset } else { -offset };
                 found.push(Alignment { axis, at, offset });
             }
@@ -154,12 +115,11 @@ pub fn holds(
     positions: &[Vec3],
     spacing: f64,
     solver: &Solver,
-    cut: Cut,
 ) -> Result<Holds, InvalidInput> {
     let mut holds = Holds::default();
     for (i, boundary) in boundaries.iter().enumerate() {
         let key = format!("boundary[{i}].region");
-        let (fix, motion) = (boundary.fix, boundary.motion);
+        let (fix, motion) = (components(boundary, i)?, boundary.motion);
         let mut tolerance = 0.0;
         if let Some(Plane { axis, at, side }) = Plane::of(&boundary.region) {
             let mirror = MirrorPlane { axis, at, fix, motion };
@@ -168,7 +128,9 @@ pub fn holds(
                 let gaps = positions.iter().filter(of_side).map(|x| (x[axis] - at).abs());
                 gaps.fold(f64::INFINITY, f64::min)
             };
-            if !positions.iter().any(|x| boundary.region.contains(x, 0.0)) {
+            if positions.iter().any(|x| boundary.region.contains(x, 0.0)) {
+                tolerance = (reach_of_hold(&Vec3::x(), solver.smoothing) - 1e-6) * spacing;
+            } else {
                 let gap = nearest(false);
                 if gap <= spacing {
                     if solver.formulation == Formulation::Adjoint {
@@ -178,13 +140,6 @@ pub fn holds(
                     // The paper fixes the particles at the bottom.
                     tolerance = gap + 0.5 * spacing;
                 }
-            } else if cut.mirrors(boundary) && (nearest(false) - nearest(true)).abs() < 1e-6 * spacing {
-                // The plane lies on the faces of cells: it holds what is before it, and what lies beyond
-                // only has to stay with it.
-                add_plane(&mut holds.planes, mirror, spacing, &key)?;
-                holds.apart.push(boundary.region.clone());
-            } else {
-                tolerance = (reach_of_hold(&Vec3::x(), solver.smoothing) - 1e-6) * spacing;
             }
         } else if let Region::HalfSpace { normal, .. } = &boundary.region {
             tolerance = reach_of_hold(normal, solver.smoothing) * spacing;
@@ -193,6 +148,20 @@ pub fn holds(
     }
     holds.fixed(positions)?;
     Ok(holds)
+}
+
+/// The components that boundary `i` holds; of a plane along an axis the one along it, where the normal is held.
+fn components(boundary: &Boundary, i: usize) -> Result<[bool; 3], InvalidInput> {
+    match (boundary.fix, Plane::of(&boundary.region)) {
+        (Fix::Normal, Some(plane)) => Ok(std::array::from_fn(|i| i == plane.axis)),
+        (Fix::Normal, None) => Err(InvalidInput::new(
+            format!("boundary[{i}].fix"),
+            "\"normal\"",
+            "is held on planes along an axis only, in the scheme of the paper and at large strain",
+            "name components, or take the material \"kelvin-voigt\" with the formulation \"adjoint\"",
+        )),
+        (fix, _) => Ok(fix.components()),
+    }
 }
 
 /// Adds a mirror plane, or what it holds to the plane that is there already.
@@ -258,8 +227,8 @@ mod tests {
             {
                 let point = Vec3::new(0.013, -0.027, 0.041);
                 let region = Region::HalfSpace { point, normal };
-                let boundary = Boundary { region, fix: [true; 3], motion: None };
-                let held = holds(&[boundary], &positions, dx, &solver, Cut::Mirror)
+                let boundary = Boundary { region, fix: Fix::ALL, motion: None };
+                let held = holds(&[boundary], &positions, dx, &solver)
                     .and_then(|holds| holds.fixed(&positions))
                     .unwrap();
                 // Along the axis that crosses the plane most steeply: its lattice coordinate is the row's.

@@ -2,25 +2,29 @@
 //! divergence of Eq. (12), its exact adjoint, so that the force is the derivative of a discrete energy
 //! and a free surface needs no force of its own (Eq. 14).
 
+mod correction;
 mod inversion;
 mod linear;
 mod sweeps;
 
 use super::{Dynamics, Energy, ForceSums, Imposed};
+use crate::boundary::constraints::Hold;
 use crate::boundary::fixed::Fixed;
-use crate::boundary::mirror::Mirror;
+use crate::boundary::lift::Lift;
 use crate::boundary::nodal_load::NodalLoad;
+use crate::boundary::surface_quadrature::SurfaceQuadrature;
 use crate::lattice::Lattice;
 use crate::material::{Material, Tangent};
 use crate::moments::Moments;
-use crate::ops::PAIR_COMPONENTS;
+use crate::ops::{PAIR_COMPONENTS, SIDE_COMPONENTS};
 use crate::particles::{Column, Field, Particles};
-use crate::tensor::{Mat3, SymTensor, Vec3};
+use crate::tensor::{Mat3, Vec3};
 use crate::tiles::Tile;
+use correction::{Correction, FORCE_SUMS, Row, Surroundings};
 use linear::Constants;
 use rayon::prelude::*;
 use std::sync::Arc;
-use sweeps::{Spread, undeformed};
+use sweeps::undeformed;
 
 /// Particles that one partial sum covers: fixed, so that sums do not depend on the thread count.
 const PARTICLES_A_SUM: usize = 512;
@@ -32,9 +36,9 @@ pub struct Elastic {
     pub lattice: Lattice,
     /// F = d xi / d X of every particle at the last remesh, by which gradients on the lattice become
     /// gradients in the undeformed body; empty as long as the lattice is that of the undeformed body.
-    pub stretch: Vec<Mat3>,
-    /// Mirror ghosts of clamped faces.
-    pub mirror: Mirror,
+    stretch: Vec<Mat3>,
+    /// Held parts of the surface.
+    pub lift: Lift,
     /// Particles held or moved.
     pub fixed: Fixed,
     /// Loads.
@@ -43,66 +47,130 @@ pub struct Elastic {
     pub mass: Arc<Vec<f64>>,
     /// Constitutive law.
     pub material: Arc<dyn Material>,
-    /// alpha (lambda + 2 mu): stiffness of the hourglass term.
+    /// kappa: modulus of the hourglass term (Pa).
     pub hourglass: f64,
     /// The material as a matrix, if it is linear.
     tangent: Option<Tangent>,
     constants: Constants,
+    correction: Correction,
     work: Workspace,
 }
 
 /// Derived fields that every evaluation of the rates reuses.
 #[derive(Clone, Debug)]
 struct Workspace {
-    /// V (u + T v), tiled field of 3; after the second sweep its sums, unless `adjoint` holds them.
+    /// V (u + T v), tiled field of 3; after the second sweep its sums.
     q: Vec<Tile>,
     /// T_a and the force that needs no neighbour's T, tiled field of 12.
     pair: Vec<Tile>,
-    /// sum w T_b X, tiled field of 3, where walls that move still need q; empty elsewhere.
-    adjoint: Vec<Tile>,
-    /// (1 - s) u_D of each ghost group, and its rate.
-    offset: Vec<Vec3>,
-    offset_rate: Vec<Vec3>,
+    /// On the rows of the correction: its sums of the first sweep, then V sigma.
+    side: Vec<Tile>,
+    /// Strain lifted from held faces, there.
+    lifted: Vec<Tile>,
+    /// Sums of the second sweep for the correction, where it reaches.
+    beside: Vec<Tile>,
     sums: Vec<ForceSums>,
 }
 
 impl Elastic {
-    /// A body of particles with these volumes at the nodes of `lattice`.
+    /// A body of particles with these volumes at the nodes of `lattice`, with `hourglass` as the modulus (Pa) of the
+    /// hourglass term. Its surface is neither held nor corrected.
     pub fn new(
         lattice: Lattice,
         volume: &[f64],
-        mirror: Mirror,
         fixed: Fixed,
         material: Arc<dyn Material>,
-        hourglass_weight: f64,
+        hourglass: f64,
     ) -> Self {
         let n = lattice.len();
-        let mut seen = volume.to_vec();
-        for &a in &fixed.apart {
-            seen[a] = 0.0;
-        }
-        let groups = mirror.group_count();
         let work = Workspace {
             q: lattice.tiles.field(3),
             pair: lattice.tiles.field(PAIR_COMPONENTS),
-            adjoint: if mirror.moves() { lattice.tiles.field(3) } else { Vec::new() },
-            offset: vec![Vec3::zeros(); groups],
-            offset_rate: vec![Vec3::zeros(); groups],
+            side: Vec::new(),
+            lifted: Vec::new(),
+            beside: Vec::new(),
             sums: vec![ForceSums::default(); n.div_ceil(PARTICLES_A_SUM)],
         };
         Self {
             stretch: Vec::new(),
             mass: Arc::new(volume.iter().map(|v| v * material.density()).collect()),
-            hourglass: hourglass_weight * material.p_wave_modulus(),
+            hourglass,
             tangent: material.linear(),
-            constants: Constants::new(&lattice, &seen, &mirror),
+            constants: Constants::new(&lattice, volume),
+            correction: Correction::default(),
             lattice,
-            mirror,
+            lift: Lift::default(),
             fixed,
             loads: Vec::new(),
             material,
             work,
         }
+    }
+
+    /// The same body laid on a lattice where it had been deformed: `stretch` is F = d xi / d X of each particle, by which
+    /// gradients on the lattice become gradients in the undeformed body.
+    #[must_use]
+    pub fn stretched(self, stretch: Vec<Mat3>) -> Self {
+        Self { stretch, ..self }
+    }
+
+    /// The same body with its surface, whose boundaries hold as `holds` says; `cut` says of each particle whether the
+    /// surface cuts its cell. `positions` are those of the particles in the undeformed body. A constant stress balances its
+    /// tractions on the surface.
+    #[must_use]
+    pub fn with_surface(
+        mut self,
+        surface: &SurfaceQuadrature,
+        holds: &[Hold],
+        cut: &[bool],
+        positions: &[Vec3],
+    ) -> Self {
+        let spacing = self.lattice.spacing;
+        self.lift = Lift::new(surface, holds, self.material.young_modulus(), spacing);
+        let layers = self.lattice.weights.cut.isqrt() + 1;
+        let flagged = correction::near_surface(&self.lattice, cut, layers);
+        self.correction = Correction::new(&Surroundings {
+            lattice: &self.lattice,
+            constants: &self.constants,
+            stretch: &self.stretch,
+            flagged: &flagged,
+            wanted: &surface.area_vectors(self.len()),
+            lifted: self.lift.particles(),
+        });
+        self.straighten(positions);
+        let (rows, reach) = (self.correction.rows.len(), self.correction.reach.len());
+        let zeros = |components: usize, tiles: usize| vec![Tile::default(); components * tiles];
+        self.work.side = zeros(SIDE_COMPONENTS, rows);
+        self.work.beside = zeros(FORCE_SUMS, reach);
+        if !self.lift.is_empty() {
+            self.work.lifted = zeros(SIDE_COMPONENTS, rows);
+        }
+        self
+    }
+
+    /// Makes the gradient of the reference positions the unit tensor again, which the correction leaves it as on an
+    /// undeformed lattice only: F (1 - E) for F, with E the gradient of the reference positions by the correction alone.
+    fn straighten(&mut self, positions: &[Vec3]) {
+        if self.stretch.is_empty() {
+            return;
+        }
+        let changed: Vec<Mat3> = (0..self.len())
+            .into_par_iter()
+            .map(|a| {
+                let Some(row) = self.correction_row(a) else { return self.stretch[a] };
+                let mut e = Mat3::zeros();
+                for neighbour in &self.lattice.neighbours {
+                    if let Some(b) = self.lattice.neighbour(a, neighbour) {
+                        let (t, lane) = self.lattice.tiles.place(b);
+                        let vw = self.constants.volume(t)[lane] * neighbour.w;
+                        let residual = self.gamma(b) - row.gamma - row.slope * neighbour.x;
+                        e += vw * (positions[b] - positions[a]) * residual.transpose();
+                    }
+                }
+                self.stretch[a] * (Mat3::identity() - e)
+            })
+            .collect();
+        self.stretch = changed;
     }
 
     /// Number of particles.
@@ -120,23 +188,34 @@ impl Elastic {
         (0..self.len()).into_par_iter().map(|a| self.moments_of(a)).collect()
     }
 
+    /// Constants of the correction of the gradient of particle `a`, if there is one.
+    pub(crate) fn correction_row(&self, a: usize) -> Option<Row> {
+        let (t, lane) = self.lattice.tiles.place(a);
+        self.correction.row(t, lane, self.constants.volume(t)[lane])
+    }
+
+    /// gamma of the correction at particle `a`.
+    pub(crate) fn gamma(&self, a: usize) -> Vec3 {
+        let (t, lane) = self.lattice.tiles.place(a);
+        self.correction.gamma(t, lane)
+    }
+
     /// Whether there is no particle.
     pub fn is_empty(&self) -> bool {
         self.lattice.is_empty()
     }
 
     /// Internal force of the displacement field `u` (component by component) into `force`, with every
-    /// wall at rest: -K u for a linear material. Components that are held get zero.
+    /// held face at rest: -K u for a linear material. Components that are held get zero.
     pub fn force_of(&mut self, u: &[f64], force: &mut [f64]) {
         self.apply(0.0, -1.0, u, force);
     }
 
-    /// y = (m M + c K) x with M the masses and every wall at rest, of fields component by component.
+    /// y = (m M + c K) x with M the masses and every held face at rest, of fields component by component.
     /// Components that are held get zero.
     pub fn apply(&mut self, m: f64, c: f64, x: &[f64], y: &mut [f64]) {
         let n = self.len();
-        self.work.offset.fill(Vec3::zeros());
-        self.work.offset_rate.fill(Vec3::zeros());
+        self.lift.rest();
         self.spread(x, None);
         self.stress_sweep();
         self.adjoint_sweep();
@@ -168,21 +247,25 @@ impl Elastic {
 
     /// Strain e = sym grad u of every particle, component by component (6 n values).
     pub fn strain(&mut self, t: f64, u: &[f64]) -> Vec<f64> {
-        self.mirror.offsets(&mut self.work.offset, |m| m.displacement(t));
+        self.lift.set_targets(|m| m.displacement(t), |m| m.velocity(t));
         self.spread(u, None);
-        self.visit_gradient(|g| {
+        self.visit_sums(|_, _, sums, _| {
             let mut out = [0.0; PAIR_COMPONENTS];
-            out[..6].copy_from_slice(&SymTensor::symmetric_part(g).0);
+            out[..6].copy_from_slice(&sums.strain.0);
             out
         });
         self.gather_pair(0..6)
     }
 
-    /// Gradient grad u in the undeformed body of every particle.
+    /// Gradient grad u in the undeformed body of every particle, without the correction near the surface: the
+    /// gradient of the fit around the particle.
     pub fn gradient(&mut self, t: f64, u: &[f64]) -> Vec<Mat3> {
-        self.mirror.offsets(&mut self.work.offset, |m| m.displacement(t));
+        self.lift.set_targets(|m| m.displacement(t), |m| m.velocity(t));
         self.spread(u, None);
-        self.visit_gradient(|g| std::array::from_fn(|i| if i < 9 { g[(i / 3, i % 3)] } else { 0.0 }));
+        self.visit_sums(|body, a, sums, _| {
+            let g = undeformed(body.stretch, a, &sums.gradient);
+            std::array::from_fn(|i| if i < 9 { g[(i / 3, i % 3)] } else { 0.0 })
+        });
         let (n, values) = (self.len(), self.gather_pair(0..9));
         (0..n).map(|a| Mat3::from_fn(|i, j| values[(3 * i + j) * n + a])).collect()
     }
@@ -201,9 +284,8 @@ impl Dynamics for Elastic {
         let n = self.len();
         let relaxation_time = self.material.relaxation_time();
         let (u, v) = (particles.column(Field::Displacement), particles.column(Field::Velocity));
-        // Walls at this moment: u_D + T du_D/dt, like every other displacement.
-        self.mirror.offsets(&mut self.work.offset, |m| m.displacement(t) + m.velocity(t) * relaxation_time);
-        self.mirror.offsets(&mut self.work.offset_rate, |m| m.velocity(t));
+        // Held faces at this moment: u_D + T du_D/dt, like every other displacement.
+        self.lift.set_targets(|m| m.displacement(t) + m.velocity(t) * relaxation_time, |m| m.velocity(t));
 
         self.spread(u.values(), Some((v.values(), relaxation_time)));
         self.stress_sweep(); // Eqs. (10), (13), (5)
@@ -223,7 +305,7 @@ impl Dynamics for Elastic {
             .for_each(|(c, (ax, ay, az, sum))| {
                 *sum = ForceSums::default();
                 let first = c * chunk;
-                (sum.reaction, sum.power) = self.internal_forces(first, [&mut *ax, &mut *ay, &mut *az]);
+                self.internal_forces(first, [&mut *ax, &mut *ay, &mut *az]);
                 let mut load = [[0.0; PARTICLES_A_SUM]; 3];
                 let [lx, ly, lz] = load.each_mut().map(|l| &mut l[..ax.len()]);
                 NodalLoad::add(&self.loads, t, n, first, [lx, ly, lz]);
@@ -242,6 +324,9 @@ impl Dynamics for Elastic {
             });
         let mut total = sums.iter().fold(ForceSums::default(), |s, c| s.add_scaled(1.0, c));
         self.work.sums = sums;
+        let (reaction, power) = self.lift.reaction();
+        total.reaction += reaction;
+        total.power += power;
         self.fixed.hold(t, &self.mass, du.values_mut(), dv.values_mut(), &mut total);
         total
     }
@@ -284,13 +369,12 @@ impl Dynamics for Elastic {
         }
         if wants(Field::Stress) || wants(Field::VonMises) {
             // Stress at the effective strain e + T de/dt, Eq. (5).
-            self.mirror
-                .offsets(&mut self.work.offset, |m| m.displacement(t) + m.velocity(t) * relaxation_time);
+            self.lift.set_targets(|m| m.displacement(t) + m.velocity(t) * relaxation_time, |m| m.velocity(t));
             self.spread(u.values(), Some((v.values(), relaxation_time)));
             let material = Arc::clone(&self.material);
-            self.visit_gradient(|g| {
+            self.visit_sums(|_, _, sums, _| {
                 let mut out = [0.0; PAIR_COMPONENTS];
-                let sigma = material.stress(SymTensor::symmetric_part(g));
+                let sigma = material.stress(sums.strain);
                 out[..6].copy_from_slice(&sigma.0);
                 out[6] = sigma.von_mises();
                 out
@@ -304,37 +388,24 @@ impl Dynamics for Elastic {
 
     fn energy(&mut self, t: f64, particles: &Particles) -> Energy {
         let (u, v) = (particles.column(Field::Displacement), particles.column(Field::Velocity));
-        self.mirror.offsets(&mut self.work.offset, |m| m.displacement(t));
+        self.lift.set_targets(|m| m.displacement(t), |m| m.velocity(t));
         self.spread(u.values(), None);
         let (material, kappa) = (Arc::clone(&self.material), self.hourglass);
-        self.visit_sums(|body, a, sums| {
-            let g = &sums.gradient;
-            let u_a = body.spread.value(a);
-            // Energy of the one-sided residual u_b - u_a - G_a X. Pairs of particles count from both
-            // sides, ghosts from the particle's.
-            let (mut between_particles, mut springs) = (sums.laplacian, 0.0);
-            for ghost in body.mirror.ghosts_of(a) {
-                let vw = body.spread.volume(ghost.partner as usize) * ghost.w;
-                let apart = body.spread.ghost(&ghost, body.offset) - u_a;
-                between_particles -= apart * vw;
-                springs += vw * apart.norm_squared();
-            }
-            springs -= 2.0 * u_a.dot(&between_particles);
+        self.visit_sums(|_, _, sums, _| {
+            // Energy of the one-sided residual u_b - u_a - G_a X; pairs of particles count from both sides.
             // G M G^T = G H^T for H = G M, where L is the (pseudo-)inverse of M.
-            let residual = springs - g.dot(&sums.first);
-            let strain = SymTensor::symmetric_part(&undeformed(body.stretch, a, g));
-            let strain_energy = material.energy_density(strain);
+            let residual = -2.0 * sums.value.dot(&sums.laplacian) - sums.gradient.dot(&sums.first);
             let mut out = [0.0; PAIR_COMPONENTS];
-            out[0] = sums.moments.volume * (strain_energy + 0.5 * kappa * residual);
+            out[0] = sums.moments.volume * (material.energy_density(sums.strain) + 0.5 * kappa * residual);
             out
         });
-        let elastic = (0..self.len())
+        let elastic: f64 = (0..self.len())
             .map(|a| {
                 let (t, lane) = self.lattice.tiles.place(a);
                 self.work.pair[t * PAIR_COMPONENTS].0[lane]
             })
             .sum();
         let kinetic = (0..self.len()).map(|a| 0.5 * self.mass[a] * v.vector(a).norm_squared()).sum();
-        Energy { kinetic, elastic }
+        Energy { kinetic, elastic: elastic + self.lift.energy() }
     }
 }

@@ -111,4 +111,8 @@ impl Material for KelvinVoigt {
     fn p_wave_modulus(&self) -> f64 {
         self.lambda + 2.0 * self.mu
     }
+
+    fn young_modulus(&self) -> f64 {
+        self.mu * (3.0 * self.lambda + 2.0 * self.mu) / (self.lambda + self.mu)
+    }
 }

@@ -43,14 +43,26 @@ pub trait Material: Debug + Send + Sync {
     }
     /// Elastic energy density (J/m^3) at strain e.
     fn energy_density(&self, strain: SymTensor) -> f64;
-    /// P-wave modulus lambda + 2 mu (Pa): sets the time step and the scale of the hourglass term.
+    /// P-wave modulus lambda + 2 mu (Pa): the scale of waves and of volume changes.
     fn p_wave_modulus(&self) -> f64;
+    /// Young's modulus (Pa) for small strain, the mean of those along the axes where they differ: the scale of the
+    /// hourglass term and of penalties.
+    fn young_modulus(&self) -> f64 {
+        let strain = |j: usize| SymTensor(std::array::from_fn(|k| if k == j { SMALL } else { 0.0 }));
+        let columns: [SymTensor; 3] = std::array::from_fn(|j| self.stress(strain(j)));
+        let stiffness = nalgebra::Matrix3::from_fn(|i, j| columns[j].0[i] / SMALL);
+        let compliance = stiffness.try_inverse().map_or(f64::INFINITY, |c| c.trace() / 3.0);
+        1.0 / compliance
+    }
     /// The law for large deformation, if it has one; the functions of strain above are then its limit for
     /// small strain.
     fn finite_strain(&self) -> Option<&dyn FiniteStrain> {
         None
     }
 }
+
+/// A strain at which every law is linear.
+const SMALL: f64 = 1e-6;
 
 /// One parameter of a material model.
 #[derive(Clone, Copy, Debug)]

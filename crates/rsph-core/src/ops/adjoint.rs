@@ -1,11 +1,12 @@
 //! The passes of the adjoint sums sum w T_b X.
 
 use super::PAIR_COMPONENTS;
-use super::fold::Signs;
 use super::gradient::{Taps, for_each_square_sum};
+use super::part::Part;
 use super::stencil::Stencil;
-use super::sweep::{Line, Passes, Ring};
+use super::sweep::{Line, MAX_SOURCES, Passes, Ring, copy_components};
 use crate::lattice::{MAX_REACH, Weights};
+use crate::tiles::{Tile, Tiles};
 use pulp::Simd;
 
 /// Adjoint sums of a field of matrices.
@@ -15,8 +16,12 @@ pub struct Adjoint<'a, T> {
     pub stencil: T,
     /// Their weights.
     pub weights: &'a Weights,
-    /// Signs of mirrored components; T_ij changes sign once more where j is the normal of the mirror.
-    pub signs: Signs,
+    /// The particles.
+    pub tiles: &'a Tiles,
+    /// Where they are wanted; `None`: everywhere.
+    pub part: Option<&'a Part>,
+    /// The field.
+    pub t: &'a [Tile],
 }
 
 /// Sums along x for each m: of T_ix times X, of T_iy and of T_iz.
@@ -27,7 +32,8 @@ const KEPT: usize = 2;
 
 impl<S: Simd, T: Stencil> Passes<S> for Adjoint<'_, T> {
     type Stencil = T;
-    const SOURCE: (usize, usize) = (PAIR_COMPONENTS, 9);
+    const SOURCES: usize = 9;
+    const GROUPS: usize = 3;
     const SUMS: usize = 3;
     const ALONG_X: usize = ALONG_X;
     const ALONG_Y: usize = KEPT;
@@ -38,9 +44,18 @@ impl<S: Simd, T: Stencil> Passes<S> for Adjoint<'_, T> {
     }
 
     #[inline(always)]
-    fn source_sign(sign: &[f64; 3], component: usize) -> f64 {
-        let sign = sign[component / 3];
-        if component.is_multiple_of(3) { -sign } else { sign }
+    fn tiles(&self) -> &Tiles {
+        self.tiles
+    }
+
+    #[inline(always)]
+    fn part(&self) -> Option<&Part> {
+        self.part
+    }
+
+    #[inline(always)]
+    fn read(&self, _: S, tile: usize, lines: &mut [Line; MAX_SOURCES], at: usize) {
+        copy_components(&self.t[PAIR_COMPONENTS * tile..][..9], lines, at);
     }
 
     #[inline(always)]
@@ -83,25 +98,22 @@ impl<S: Simd, T: Stencil> Passes<S> for Adjoint<'_, T> {
             self.stencil.for_each_offset(
                 #[inline(always)]
                 |j| {
-                    let Some((row, fold)) = rows.get(j) else { return };
+                    let Some(row) = rows.get(j) else { return };
                     let row = &row[i * slot..(i + 1) * slot];
-                    let sign = self.signs[fold][i];
-                    let normal = if fold == 0 { sign } else { -sign };
-                    let y = simd.splat_f64s(normal * (j as f64 * self.weights.spacing));
-                    let sign = simd.splat_f64s(sign);
+                    let y = simd.splat_f64s(j as f64 * self.weights.spacing);
                     self.stencil.for_each_distance(
                         #[inline(always)]
                         |k| {
                             let [complete, along_z] = &mut sum[k];
                             let m = (j * j) as usize + k * k;
                             if m < cut {
-                                *complete = simd.mul_add_e_f64s(sign, row[ALONG_X * m], *complete);
+                                *complete = simd.add_f64s(row[ALONG_X * m], *complete);
                             }
                             if j != 0 && m <= cut {
                                 *complete = simd.mul_add_e_f64s(y, row[ALONG_X * m + 1], *complete);
                             }
                             if k != 0 && m <= cut {
-                                *along_z = simd.mul_add_e_f64s(sign, row[ALONG_X * m + 2], *along_z);
+                                *along_z = simd.add_f64s(row[ALONG_X * m + 2], *along_z);
                             }
                         },
                     );
@@ -120,14 +132,12 @@ impl<S: Simd, T: Stencil> Passes<S> for Adjoint<'_, T> {
         self.stencil.for_each_offset(
             #[inline(always)]
             |k| {
-                let Some((plane, fold)) = planes.get(k) else { return };
+                let Some(plane) = planes.get(k) else { return };
                 let first = KEPT * k.unsigned_abs();
+                let z = simd.splat_f64s(k as f64 * self.weights.spacing);
                 for i in 0..3 {
                     let plane = &plane[i * kept..(i + 1) * kept][first..first + KEPT];
-                    let sign = self.signs[fold][i];
-                    let normal = if fold == 0 { sign } else { -sign };
-                    let z = simd.splat_f64s(normal * (k as f64 * self.weights.spacing));
-                    out[i] = simd.mul_add_e_f64s(simd.splat_f64s(sign), plane[0], out[i]);
+                    out[i] = simd.add_f64s(plane[0], out[i]);
                     if k != 0 {
                         out[i] = simd.mul_add_e_f64s(z, plane[1], out[i]);
                     }

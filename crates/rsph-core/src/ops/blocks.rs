@@ -1,5 +1,6 @@
 //! How the planes of a body are shared out between threads, and the stencil and instructions that work on them.
 
+use super::part::Part;
 use super::stencil::{Any, Fixed, Stencil};
 use crate::lattice::Lattice;
 use crate::tiles::{Tile, Tiles};
@@ -10,6 +11,15 @@ use std::ops::Range;
 const PIECES_A_THREAD: usize = 2;
 /// Least planes of a piece, in reaches: where a column is cut, both pieces work on the planes that a reach covers.
 const PIECE_REACHES: usize = 4;
+
+/// Rows and planes to each side that the passes of a sum with that cut read: some of them with weights of zero.
+pub(super) fn reach(cut: usize) -> usize {
+    match cut {
+        0..=3 => Fixed::<3>.reach(),
+        4..=9 => Fixed::<9>.reach(),
+        cut => Any(cut).reach(),
+    }
+}
 
 /// A kernel sum that works on blocks.
 pub trait Sum: Sync {
@@ -23,19 +33,57 @@ pub struct Block<'a> {
     pub column: usize,
     pub planes: Range<usize>,
     /// Results of these planes.
-    pub out: &'a mut [Tile],
+    pub out: Results<'a>,
+    /// Second results of these planes.
+    pub side: Results<'a>,
 }
 
-impl Block<'_> {
-    /// The first tile.
-    pub fn first(&self) -> usize {
-        self.tiles.start(self.column, self.planes.start)
+/// Results of some planes, on all of their tiles or on those of a part.
+pub struct Results<'a> {
+    part: Option<&'a Part>,
+    components: usize,
+    /// The first tile that has results, by its number among those that do.
+    first: usize,
+    values: &'a mut [Tile],
+}
+
+impl<'a> Results<'a> {
+    /// On all tiles, or on those of a part.
+    pub fn new(part: Option<&'a Part>, components: usize, values: &'a mut [Tile]) -> Self {
+        Self { part, components, first: 0, values }
+    }
+
+    /// None.
+    pub fn none() -> Self {
+        Self::new(None, 0, &mut [])
+    }
+
+    /// Those of a tile; none if it has none.
+    #[inline(always)]
+    pub fn of(&mut self, tile: usize) -> &mut [Tile] {
+        if self.values.is_empty() {
+            return &mut [];
+        }
+        match self.part.map_or(Some(tile), |part| part.number(tile)) {
+            Some(number) => &mut self.values[(number - self.first) * self.components..][..self.components],
+            None => &mut [],
+        }
+    }
+
+    /// Cuts them before a tile of the body.
+    fn split(self, tile: usize) -> (Self, Self) {
+        let Self { part, components, first, values } = self;
+        let next = part.map_or(tile, |part| part.first_from(tile));
+        let at = ((next - first) * components).min(values.len());
+        let (before, after) = values.split_at_mut(at);
+        let results = |first, values| Self { part, components, first, values };
+        (results(first, before), results(next, after))
     }
 }
 
 /// Every column of tiles, cut into blocks of planes where the pieces of the threads meet. What a particle gets does
 /// not depend on the block it is in.
-pub fn for_each_block(lattice: &Lattice, out: &mut [Tile], components: usize, sum: &impl Sum) {
+pub fn for_each_block(lattice: &Lattice, out: Results<'_>, side: Results<'_>, sum: &impl Sum) {
     let (tiles, cut) = (&lattice.tiles, lattice.weights.cut);
     if tiles.is_empty() {
         return;
@@ -44,12 +92,9 @@ pub fn for_each_block(lattice: &Lattice, out: &mut [Tile], components: usize, su
         1 => 1,
         threads => PIECES_A_THREAD * threads,
     };
-    let reach = cut.isqrt().max(1);
-    Blocks { sum, cut, tiles, components, reach, arch: Arch::new() }.pieces(
-        0..tiles.columns * tiles.planes,
-        pieces,
-        out,
-    );
+    let reach = reach(cut).max(1);
+    let planes = 0..tiles.columns * tiles.planes;
+    Blocks { sum, cut, tiles, part: out.part, reach, arch: Arch::new() }.pieces(planes, pieces, out, side);
 }
 
 /// How a field is cut into blocks. Planes are numbered through all columns.
@@ -58,7 +103,8 @@ struct Blocks<'a, K> {
     sum: &'a K,
     cut: usize,
     tiles: &'a Tiles,
-    components: usize,
+    /// Where there is work.
+    part: Option<&'a Part>,
     /// Planes to each side that a sum reads.
     reach: usize,
     arch: Arch,
@@ -66,23 +112,29 @@ struct Blocks<'a, K> {
 
 impl<K: Sum> Blocks<'_, K> {
     /// First tile of a plane.
-    fn start(&self, plane: usize) -> usize {
+    fn tile(&self, plane: usize) -> usize {
         self.tiles.start(plane / self.tiles.planes, plane % self.tiles.planes)
     }
 
+    /// First tile of a plane, by its number among those with work.
+    fn start(&self, plane: usize) -> usize {
+        let tile = self.tile(plane);
+        self.part.map_or(tile, |part| part.first_from(tile))
+    }
+
     /// Cuts `planes` into so many pieces with about as many tiles each.
-    fn pieces(&self, planes: Range<usize>, pieces: usize, out: &mut [Tile]) {
+    fn pieces(&self, planes: Range<usize>, pieces: usize, out: Results<'_>, side: Results<'_>) {
         let is_worth_it = pieces > 1 && planes.len() >= 2 * PIECE_REACHES * self.reach;
         let middle = if is_worth_it { self.middle(&planes, pieces) } else { planes.start };
         if middle == planes.start || middle == planes.end {
-            self.run(planes, out);
+            self.run(planes, out, side);
             return;
         }
-        let tiles = self.start(middle) - self.start(planes.start);
-        let (before, after) = out.split_at_mut(tiles * self.components);
+        let (out, out_after) = out.split(self.tile(middle));
+        let (side, side_after) = side.split(self.tile(middle));
         rayon::join(
-            || self.pieces(planes.start..middle, pieces / 2, before),
-            || self.pieces(middle..planes.end, pieces - pieces / 2, after),
+            || self.pieces(planes.start..middle, pieces / 2, out, side),
+            || self.pieces(middle..planes.end, pieces - pieces / 2, out_after, side_after),
         );
     }
 
@@ -101,16 +153,19 @@ impl<K: Sum> Blocks<'_, K> {
     }
 
     /// Works on `planes`, column by column.
-    fn run(&self, planes: Range<usize>, mut out: &mut [Tile]) {
+    fn run(&self, planes: Range<usize>, mut out: Results<'_>, mut side: Results<'_>) {
         let (mut at, of_column) = (planes.start, self.tiles.planes);
         while at < planes.end {
             let column = at / of_column;
             let end = planes.end.min((column + 1) * of_column);
-            let (here, rest) = out.split_at_mut((self.start(end) - self.start(at)) * self.components);
-            let planes = at - column * of_column..end - column * of_column;
-            let block = Block { tiles: self.tiles, column, planes, out: here };
-            self.arch.dispatch(Task { sum: self.sum, cut: self.cut, block });
-            (at, out) = (end, rest);
+            let (out_here, out_rest) = out.split(self.tile(end));
+            let (side_here, side_rest) = side.split(self.tile(end));
+            if self.start(end) > self.start(at) {
+                let planes = at - column * of_column..end - column * of_column;
+                let block = Block { tiles: self.tiles, column, planes, out: out_here, side: side_here };
+                self.arch.dispatch(Task { sum: self.sum, cut: self.cut, block });
+            }
+            (at, out, side) = (end, out_rest, side_rest);
         }
     }
 }

@@ -1,11 +1,11 @@
 //! The passes of the gradient sums H = sum w q_b (x) X and Q = sum w q_b.
 
-use super::fold::Signs;
+use super::part::Part;
 use super::stencil::Stencil;
-use super::sweep::{Line, Passes, Ring};
+use super::sweep::{Line, MAX_SOURCES, Passes, Ring, copy_components};
 use super::{PAIR_COMPONENTS, load};
 use crate::lattice::{MAX_REACH, Weights};
-use crate::tiles::LANES;
+use crate::tiles::{LANES, Tile, Tiles};
 use pulp::Simd;
 
 /// Gradient sums of a field of three components.
@@ -15,8 +15,12 @@ pub struct Gradient<'a, T> {
     pub stencil: T,
     /// Their weights.
     pub weights: &'a Weights,
-    /// Signs of mirrored components.
-    pub signs: Signs,
+    /// The particles.
+    pub tiles: &'a Tiles,
+    /// Where they are wanted; `None`: everywhere.
+    pub part: Option<&'a Part>,
+    /// The field.
+    pub q: &'a [Tile],
 }
 
 /// What the pass along y keeps of a component for each |k|: sum, sum times Y, sum times X.
@@ -24,7 +28,8 @@ const KEPT: usize = 3;
 
 impl<S: Simd, T: Stencil> Passes<S> for Gradient<'_, T> {
     type Stencil = T;
-    const SOURCE: (usize, usize) = (3, 3);
+    const SOURCES: usize = 3;
+    const GROUPS: usize = 3;
     const SUMS: usize = PAIR_COMPONENTS;
     const ALONG_X: usize = 2;
     const ALONG_Y: usize = KEPT;
@@ -35,8 +40,18 @@ impl<S: Simd, T: Stencil> Passes<S> for Gradient<'_, T> {
     }
 
     #[inline(always)]
-    fn source_sign(sign: &[f64; 3], component: usize) -> f64 {
-        sign[component]
+    fn tiles(&self) -> &Tiles {
+        self.tiles
+    }
+
+    #[inline(always)]
+    fn part(&self) -> Option<&Part> {
+        self.part
+    }
+
+    #[inline(always)]
+    fn read(&self, _: S, tile: usize, lines: &mut [Line; MAX_SOURCES], at: usize) {
+        copy_components(&self.q[3 * tile..][..3], lines, at);
     }
 
     #[inline(always)]
@@ -66,22 +81,20 @@ impl<S: Simd, T: Stencil> Passes<S> for Gradient<'_, T> {
             self.stencil.for_each_offset(
                 #[inline(always)]
                 |j| {
-                    let Some((row, fold)) = rows.get(j) else { return };
+                    let Some(row) = rows.get(j) else { return };
                     let row = &row[i * slot..(i + 1) * slot];
-                    let sign = self.signs[fold][i];
-                    let y = simd.splat_f64s(sign * (j as f64 * self.weights.spacing));
-                    let sign = simd.splat_f64s(sign);
+                    let y = simd.splat_f64s(j as f64 * self.weights.spacing);
                     self.stencil.for_each_distance(
                         #[inline(always)]
                         |k| {
                             let [plain, along_y, along_x] = &mut sum[k];
                             let m = (j * j) as usize + k * k;
                             if m <= cut {
-                                *plain = simd.mul_add_e_f64s(sign, row[2 * m], *plain);
+                                *plain = simd.add_f64s(row[2 * m], *plain);
                                 *along_y = simd.mul_add_e_f64s(y, row[2 * m], *along_y);
                             }
                             if m < cut {
-                                *along_x = simd.mul_add_e_f64s(sign, row[2 * m + 1], *along_x);
+                                *along_x = simd.add_f64s(row[2 * m + 1], *along_x);
                             }
                         },
                     );
@@ -100,19 +113,17 @@ impl<S: Simd, T: Stencil> Passes<S> for Gradient<'_, T> {
         self.stencil.for_each_offset(
             #[inline(always)]
             |k| {
-                let Some((plane, fold)) = planes.get(k) else { return };
+                let Some(plane) = planes.get(k) else { return };
                 let first = KEPT * k.unsigned_abs();
+                let z = simd.splat_f64s(k as f64 * self.weights.spacing);
                 for i in 0..3 {
                     let plane = &plane[i * kept..(i + 1) * kept][first..first + KEPT];
-                    let sign = self.signs[fold][i];
-                    let z = simd.splat_f64s(sign * (k as f64 * self.weights.spacing));
-                    let sign = simd.splat_f64s(sign);
                     if ((k * k) as usize) < cut {
-                        out[3 * i] = simd.mul_add_e_f64s(sign, plane[2], out[3 * i]);
-                        out[3 * i + 1] = simd.mul_add_e_f64s(sign, plane[1], out[3 * i + 1]);
+                        out[3 * i] = simd.add_f64s(plane[2], out[3 * i]);
+                        out[3 * i + 1] = simd.add_f64s(plane[1], out[3 * i + 1]);
                     }
                     out[3 * i + 2] = simd.mul_add_e_f64s(z, plane[0], out[3 * i + 2]);
-                    out[9 + i] = simd.mul_add_e_f64s(sign, plane[0], out[9 + i]);
+                    out[9 + i] = simd.add_f64s(plane[0], out[9 + i]);
                 }
             },
         );

@@ -5,7 +5,7 @@
 //! k^2: three short passes, along x, y and z, take the place of one over all offsets (123 at
 //! h = 1.25 dx). What the passes along x and y leave is kept in rings, as far as the next pass reaches.
 
-use super::fold::Folds;
+use super::part::Part;
 use super::stencil::Stencil;
 use crate::lattice::MAX_REACH;
 use crate::tiles::{LANES, Tile, Tiles};
@@ -18,8 +18,9 @@ use std::ops::Range;
 #[repr(C, align(64))]
 pub struct Line(pub [f64; 3 * LANES]);
 
-/// Most components that a pass reads, and results of a particle.
-const MAX_SOURCES: usize = 9;
+/// Most components that a pass reads.
+pub const MAX_SOURCES: usize = 9;
+/// Most results of a particle.
 const MAX_SUMS: usize = 12;
 
 /// What a kernel sum does in each of the three passes.
@@ -27,8 +28,11 @@ pub trait Passes<S: Simd>: Sync {
     /// Its offsets.
     type Stencil: Stencil;
 
-    /// Components of the source field, and how many of them are read.
-    const SOURCE: (usize, usize);
+    /// Components that the pass along x reads.
+    const SOURCES: usize;
+
+    /// Components that the passes keep apart.
+    const GROUPS: usize;
 
     /// Results of a particle.
     const SUMS: usize;
@@ -51,18 +55,23 @@ pub trait Passes<S: Simd>: Sync {
     /// Values that the pass along x leaves.
     #[inline(always)]
     fn along_x_len(&self) -> usize {
-        3 * self.slot_len()
+        Self::GROUPS * self.slot_len()
     }
 
     /// Values that the pass along y leaves.
     #[inline(always)]
     fn along_y_len(&self) -> usize {
-        3 * Self::ALONG_Y * (self.stencil().reach() + 1)
+        Self::GROUPS * Self::ALONG_Y * (self.stencil().reach() + 1)
     }
 
-    /// Sign of a source component whose image is taken at a plane normal to x that mirrors vectors with
-    /// `sign`.
-    fn source_sign(sign: &[f64; 3], component: usize) -> f64;
+    /// The particles.
+    fn tiles(&self) -> &Tiles;
+
+    /// The part of the body that results are wanted for; `None`: all of it.
+    fn part(&self) -> Option<&Part>;
+
+    /// Copies the source's values in a tile to the places from `at` on of the lines.
+    fn read(&self, simd: S, tile: usize, lines: &mut [Line; MAX_SOURCES], at: usize);
 
     /// Sums along x of the lanes from `lane` on of all source components.
     fn along_x(&self, simd: S, lines: &[Line], lane: usize, out: &mut [S::f64s]);
@@ -86,20 +95,19 @@ pub struct Ring<'a, V> {
     reach: isize,
 }
 
-/// Where the rows or planes around a place stand in a ring, and the number of the fold between.
-type Slots = [(usize, usize); 2 * MAX_REACH + 1];
+/// Where the rows or planes around a place stand in a ring.
+type Slots = [usize; 2 * MAX_REACH + 1];
 
 impl<V> Ring<'_, V> {
-    /// Values `d` rows or planes away and the number of the fold that they are mirrored at, if they are
-    /// not all zero.
+    /// Values `d` rows or planes away, if they are not all zero.
     #[inline(always)]
-    pub fn get(&self, d: isize) -> Option<(&[V], usize)> {
+    pub fn get(&self, d: isize) -> Option<&[V]> {
         let at = (d + self.reach) as usize;
         if self.empty >> at & 1 == 1 {
             return None;
         }
-        let (first, fold) = self.slots[at];
-        Some((&self.values[first..first + self.len], fold))
+        let first = self.slots[at];
+        Some(&self.values[first..first + self.len])
     }
 }
 
@@ -108,31 +116,19 @@ thread_local! {
     static SCRATCH: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
 }
 
-/// A field that a kernel sum reads.
-#[derive(Clone, Copy, Debug)]
-pub struct Source<'a> {
-    /// Where the particles are.
-    pub tiles: &'a Tiles,
-    /// Mirror planes.
-    pub folds: &'a Folds,
-    /// The values.
-    pub field: &'a [Tile],
-}
-
 /// Runs `passes` for the tiles of `column` in `planes` and hands what comes out to
 /// `finish(tile, first lane, sums)`.
 #[inline(always)]
 pub fn sweep<S: Simd, P: Passes<S>>(
     simd: S,
     passes: &P,
-    source: Source<'_>,
     column: usize,
     planes: Range<usize>,
     finish: impl FnMut(usize, usize, &mut [S::f64s; MAX_SUMS]),
 ) {
     let reach = passes.stencil().reach();
     let (ring_y, ring_z) = (ring(reach), 2 * reach + 1);
-    let values = ring_y * passes.along_x_len() + ring_z * source.tiles.rows * passes.along_y_len();
+    let values = ring_y * passes.along_x_len() + ring_z * passes.tiles().rows * passes.along_y_len();
     // Taken out rather than borrowed: a closure would not inherit the instruction set.
     let mut scratch = SCRATCH.take();
     let len = values * S::F64_LANES;
@@ -142,7 +138,7 @@ pub fn sweep<S: Simd, P: Passes<S>>(
     let start = scratch.as_ptr().align_offset(size_of::<Tile>()).min(LANES);
     let rings = S::as_mut_simd_f64s(&mut scratch[start..start + len]).0;
     let (along_x, along_y) = rings.split_at_mut(ring_y * passes.along_x_len());
-    Walk { simd, passes, source, column, planes }.run(along_x, along_y, finish);
+    Walk { simd, passes, column, planes }.run(along_x, along_y, finish);
     SCRATCH.set(scratch);
 }
 
@@ -155,7 +151,6 @@ fn ring(reach: usize) -> usize {
 struct Walk<'a, S: Simd, P: Passes<S>> {
     simd: S,
     passes: &'a P,
-    source: Source<'a>,
     column: usize,
     planes: Range<usize>,
 }
@@ -168,7 +163,8 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
         along_y: &mut [S::f64s],
         mut finish: impl FnMut(usize, usize, &mut [S::f64s; MAX_SUMS]),
     ) {
-        let (simd, passes, rows) = (self.simd, self.passes, self.source.tiles.rows);
+        let (simd, passes, tiles) = (self.simd, self.passes, self.passes.tiles());
+        let rows = tiles.rows;
         let reach = passes.stencil().reach() as isize;
         let ring_z = 2 * reach + 1;
         let (start, end) = (self.planes.start as isize, self.planes.end as isize);
@@ -188,14 +184,14 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
                 let mut slots = Slots::default();
                 let mut rows_of = [(0, 0); 2 * MAX_REACH + 1];
                 for k in -reach..=reach {
-                    let (source, fold) = self.source.folds.source(2, target + k);
-                    let at = source.rem_euclid(ring_z) as usize;
-                    let around = (target - reach..=target + reach).contains(&source);
-                    rows_of[(k + reach) as usize] =
-                        if around { (kept[at].start, kept[at].end) } else { (0, 0) };
-                    slots[(k + reach) as usize] = (at * plane_len, fold);
+                    let at = (target + k).rem_euclid(ring_z) as usize;
+                    rows_of[(k + reach) as usize] = (kept[at].start, kept[at].end);
+                    slots[(k + reach) as usize] = at * plane_len;
                 }
-                for y in self.source.tiles.occupied(self.column, target) {
+                for y in tiles.occupied(self.column, target) {
+                    if !self.wanted(Part::RESULT, target, y) {
+                        continue;
+                    }
                     let mut planes = Ring {
                         values: &along_y[y as usize * passes.along_y_len()..],
                         len: passes.along_y_len(),
@@ -208,7 +204,7 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
                     }
                     let mut sums = [simd.splat_f64s(0.0); MAX_SUMS];
                     passes.along_z(simd, &planes, &mut sums[..P::SUMS]);
-                    let t = self.source.tiles.tile(self.column, target as usize, y as usize);
+                    let t = tiles.tile(self.column, target as usize, y as usize);
                     finish(t, lane, &mut sums);
                 }
             }
@@ -239,24 +235,29 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
         let (slot_len, out_len) = (passes.along_x_len(), passes.along_y_len());
         let slots = self::ring(reach as usize) as isize;
         let mut next = sources.start;
-        self.copy(z, next, &mut lines[(next & 1) as usize]);
+        if self.wanted(Part::ALONG_X, z, next) {
+            self.copy(z, next, &mut lines[(next & 1) as usize]);
+        }
         for y in written.clone() {
             while next < sources.end && next <= y + reach {
                 // A row ahead: what was just written is slow to read at other places.
-                if next + 1 < sources.end {
+                if next + 1 < sources.end && self.wanted(Part::ALONG_X, z, next + 1) {
                     self.copy(z, next + 1, &mut lines[((next + 1) & 1) as usize]);
                 }
-                let first = (next & (slots - 1)) as usize * slot_len;
-                let lines = &lines[(next & 1) as usize][..P::SOURCE.1];
-                passes.along_x(self.simd, lines, lane, &mut ring[first..first + slot_len]);
+                if self.wanted(Part::ALONG_X, z, next) {
+                    let first = (next & (slots - 1)) as usize * slot_len;
+                    let lines = &lines[(next & 1) as usize][..P::SOURCES];
+                    passes.along_x(self.simd, lines, lane, &mut ring[first..first + slot_len]);
+                }
                 next += 1;
+            }
+            if !self.wanted(Part::ALONG_Y, z, y) {
+                continue;
             }
             let mut rows = Ring { values: &*ring, len: slot_len, slots: Slots::default(), empty: 0, reach };
             for j in -reach..=reach {
-                let (source, fold) = self.source.folds.source(1, y + j);
-                let there = sources.contains(&source) && (y - reach..=y + reach).contains(&source);
-                rows.empty |= u32::from(!there) << (j + reach);
-                rows.slots[(j + reach) as usize] = ((source & (slots - 1)) as usize * slot_len, fold);
+                rows.empty |= u32::from(!sources.contains(&(y + j))) << (j + reach);
+                rows.slots[(j + reach) as usize] = ((y + j) & (slots - 1)) as usize * slot_len;
             }
             let first = y as usize * out_len;
             passes.along_y(self.simd, &rows, &mut out[first..first + out_len]);
@@ -266,46 +267,39 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
 
     #[inline(always)]
     fn occupied(&self, column: isize, z: isize) -> Range<isize> {
-        if (0..self.source.tiles.columns as isize).contains(&column) {
-            self.source.tiles.occupied(column as usize, z)
-        } else {
-            0..0
-        }
+        let tiles = self.passes.tiles();
+        if (0..tiles.columns as isize).contains(&column) { tiles.occupied(column as usize, z) } else { 0..0 }
     }
 
-    /// The source's values in row `y` of plane `z`, with those beside the tile.
+    /// Whether a pass has to work at row `y` of plane `z`, which may lie outside of the box.
+    #[inline(always)]
+    fn wanted(&self, pass: u8, z: isize, y: isize) -> bool {
+        self.passes.part().is_none_or(|part| part.wants(pass, self.column, z, y))
+    }
+
+    /// The source's values in row `y` of plane `z`, with those beside the tile; zeros where there is none.
     #[inline(always)]
     fn copy(&self, z: isize, y: isize, lines: &mut [Line; MAX_SOURCES]) {
-        let (components, read) = P::SOURCE;
-        // The tiles before, here and after; zeros where there is none.
-        let tile = |side: isize| {
-            let column = self.column as isize + side;
-            let there = self.occupied(column, z).contains(&y);
-            there.then(|| self.source.tiles.tile(column as usize, z as usize, y as usize) * components)
-        };
-        for (side, at) in [tile(-1), tile(0), tile(1)].into_iter().enumerate() {
-            for (c, Line(line)) in lines.iter_mut().enumerate().take(read) {
-                let to = &mut line[side * LANES..(side + 1) * LANES];
-                match at {
-                    Some(at) => to.copy_from_slice(&self.source.field[at + c].0),
-                    None => to.fill(0.0),
+        for side in 0..3 {
+            let column = self.column as isize + side - 1;
+            let at = side as usize * LANES;
+            if self.occupied(column, z).contains(&y) {
+                let tile = self.passes.tiles().tile(column as usize, z as usize, y as usize);
+                self.passes.read(self.simd, tile, lines, at);
+            } else {
+                for Line(line) in &mut lines[..P::SOURCES] {
+                    line[at..at + LANES].fill(0.0);
                 }
             }
         }
-        let origin = (self.column as isize - 1) * LANES as isize;
-        for fold in self.source.folds.along_x() {
-            let reach = P::stencil(self.passes).reach() as isize;
-            for d in 0..reach {
-                let (below, above) = (fold.face - 1 - d - origin, fold.face + d - origin);
-                if below < 0 || above >= 3 * LANES as isize {
-                    continue;
-                }
-                let (to, from) = if fold.above { (below, above) } else { (above, below) };
-                for (c, Line(line)) in lines.iter_mut().enumerate().take(read) {
-                    line[to as usize] = P::source_sign(&fold.sign, c) * line[from as usize];
-                }
-            }
-        }
+    }
+}
+
+/// Copies the components of a tile to the places from `at` on of the lines.
+#[inline(always)]
+pub fn copy_components(components: &[Tile], lines: &mut [Line; MAX_SOURCES], at: usize) {
+    for (Line(line), component) in lines.iter_mut().zip(components) {
+        line[at..at + LANES].copy_from_slice(&component.0);
     }
 }
 

@@ -13,6 +13,8 @@ pub(super) struct Occupied {
     pub(super) cells: Vec<[usize; 3]>,
     /// Their inside fractions.
     pub(super) fraction: Vec<f64>,
+    /// The same with what lies in neighbouring cells that are too empty for a particle.
+    pub(super) share: Vec<f64>,
     /// Volume of filled cells that do not hang together with these.
     pub(super) dropped_volume: f64,
 }
@@ -26,8 +28,33 @@ pub(super) fn occupy(shape: &dyn Shape, grid: Grid) -> Occupied {
         filled.iter().map(|&c| fraction[c]).sum::<f64>() - piece.iter().map(|&c| fraction[c]).sum::<f64>();
     let dropped_volume = if piece.len() == filled.len() { 0.0 } else { dropped * grid.spacing.powi(3) };
     let cells: Vec<_> = piece.iter().map(|&c| coordinates(&grid, c)).collect();
+    let share = shares(&grid, &fraction, &piece);
     let (grid, cells) = trimmed(grid, cells);
-    Occupied { grid, cells, fraction: piece.iter().map(|&c| fraction[c]).collect(), dropped_volume }
+    Occupied { grid, cells, fraction: piece.iter().map(|&c| fraction[c]).collect(), share, dropped_volume }
+}
+
+/// Inside fractions of the cells `piece` of all, with those of the cells around them that are below [`MIN_FRACTION`]: such
+/// a cell gives its own to the 26 around it, in proportion theta / d^4 at the distance d.
+fn shares(grid: &Grid, fraction: &[f64], piece: &[usize]) -> Vec<f64> {
+    let mut share: Vec<f64> = piece.iter().map(|&c| fraction[c]).collect();
+    let mut number = vec![u32::MAX; fraction.len()];
+    for (k, &c) in piece.iter().enumerate() {
+        number[c] = k as u32;
+    }
+    for sliver in (0..fraction.len()).filter(|&c| fraction[c] > 0.0 && fraction[c] < MIN_FRACTION) {
+        let here = coordinates(grid, sliver);
+        let weight = |c: usize| {
+            let there = coordinates(grid, c);
+            let square: usize = (0..3).map(|i| there[i].abs_diff(here[i]).pow(2)).sum();
+            fraction[c] / (square * square).max(1) as f64
+        };
+        let around = || neighbours(grid, here).filter(|&c| number[c] != u32::MAX);
+        let total: f64 = around().map(weight).sum();
+        for c in around() {
+            share[number[c] as usize] += fraction[sliver] * weight(c) / total;
+        }
+    }
+    share
 }
 
 /// Integer coordinates of the cell with that index.

@@ -97,7 +97,7 @@ fn refined(shape: &dyn Shape, grid: &Grid, phi: &[f64]) -> (Grid, Vec<f64>) {
 }
 
 /// The pieces of the surface that lie around particles.
-fn near_body(surface: &TriangleMesh, body: &Occupied) -> TriangleMesh {
+pub(super) fn near_body(surface: &TriangleMesh, body: &Occupied) -> TriangleMesh {
     let mut occupied = vec![false; body.grid.len()];
     for &c in &body.cells {
         occupied[body.grid.index(c)] = true;

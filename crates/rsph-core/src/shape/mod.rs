@@ -3,6 +3,7 @@
 mod box_shape;
 pub(crate) mod check;
 mod columns;
+mod cut;
 mod cylinder;
 mod disc;
 mod fill;
@@ -17,6 +18,7 @@ mod triangle_mesh;
 mod voxels;
 
 pub use box_shape::BoxShape;
+pub use cut::cut;
 pub use cylinder::CylinderShape;
 pub use disc::DiscShape;
 pub use rectangle::RectangleShape;
@@ -69,8 +71,7 @@ pub trait Shape: Debug + Send + Sync {
     /// and area hold to about 0.1 %).
     fn surface(&self) -> &TriangleMesh;
 
-    /// For a shape whose faces are those of its bounding box: true. Loads on such faces use the
-    /// area vectors of the operator, curved ones a quadrature over the triangles.
+    /// For a shape whose faces are those of its bounding box: true. The lattice starts at its lower corner.
     fn is_box(&self) -> bool {
         false
     }

@@ -29,12 +29,12 @@ pub(super) fn check_solver(solver: &Solver) -> Result<(), InvalidInput> {
             "the paper uses 1.25 (122 neighbours); 0.8 (26 neighbours) is as accurate and faster",
         ));
     }
-    if !(0.0..=1.0).contains(&solver.hourglass) {
+    if !(0.0..=10.0).contains(&solver.hourglass) {
         return Err(InvalidInput::new(
             "solver.hourglass",
             solver.hourglass,
-            "must lie between 0 (off) and 1",
-            "0.1 is a good value",
+            "must lie between 0 (off) and 10",
+            "1 is the default",
         ));
     }
     Ok(())

@@ -6,7 +6,7 @@ use super::model::{Model, Moment, Parts};
 use super::remeshing::Relaid;
 use super::time_step::{choose_step, only_rk4};
 use crate::boundary::nodal_load::NodalLoad;
-use crate::boundary::skin::Skin;
+use crate::boundary::surface_quadrature::SurfaceQuadrature;
 use crate::dynamics::Dynamics;
 use crate::dynamics::large_strain::body::LargeBody;
 use crate::dynamics::large_strain::remeshing::LargeRemeshError;
@@ -172,8 +172,8 @@ impl<const D: usize> Model for LargeSolid<D> {
         self.find_readers()
     }
 
-    fn skin(&self) -> Option<Skin> {
-        Some(self.body.skin())
+    fn surface_quadrature(&self) -> Option<SurfaceQuadrature> {
+        Some(self.body.surface_quadrature())
     }
 
     fn add_probe(&mut self, probe: &Probe) -> Result<(), InvalidInput> {

@@ -2,7 +2,7 @@
 
 use super::Description;
 use super::remeshing::Relaid;
-use crate::boundary::skin::Skin;
+use crate::boundary::surface_quadrature::SurfaceQuadrature;
 use crate::dynamics::Dynamics;
 use crate::error::{Failure, InvalidInput};
 use crate::observe::Reading;
@@ -39,18 +39,23 @@ pub(super) trait Model: DynClone + std::fmt::Debug + Send + Sync {
     /// Particles that can not be laid anew.
     fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<Relaid, Failure>;
 
-    /// Replaces all loads.
+    /// Replaces all loads at that time.
     ///
     /// # Errors
     /// A load that acts on nothing, or a body whose loads are what they are; it stays as it was.
-    fn set_loads(&mut self, loads: &[Load]) -> Result<(), InvalidInput> {
-        let _ = loads;
+    fn set_loads(&mut self, loads: &[Load], time: f64) -> Result<(), InvalidInput> {
+        let _ = (loads, time);
         Err(InvalidInput::new(
             "load",
             "",
             "only the loads of a solid of small strain in the adjoint formulation can be replaced as it moves",
             "give the loads a `ramp`, or start a new simulation",
         ))
+    }
+
+    /// Knows that the body is at rest under its loads at that time.
+    fn settle(&mut self, time: f64) {
+        let _ = time;
     }
 
     /// Puts what the particles and the set-up do not say of the body into `state`.
@@ -64,7 +69,7 @@ pub(super) trait Model: DynClone + std::fmt::Debug + Send + Sync {
 
     /// The quadrature of the undeformed surface with the weights of the present particles at its points;
     /// `None` for a body that forces can not be put on.
-    fn skin(&self) -> Option<Skin> {
+    fn surface_quadrature(&self) -> Option<SurfaceQuadrature> {
         None
     }
 

@@ -1,25 +1,27 @@
 //! A solid: from a set-up to its dynamics, laid anew where it has moved to.
 
 mod assemble;
+mod held;
 mod lay;
 mod level_set;
 mod state;
+mod surface_reading;
 
 use super::Description;
 use super::balance::{momentum, total_mass};
 use super::model::{Model, Moment, Parts};
 use super::remeshing::Relaid;
 use super::time_step::choose_pace;
-use crate::boundary::mirror::MirrorPlane;
+use crate::boundary::constraints::Constraints;
 use crate::boundary::nodal_load::NodalLoad;
-use crate::boundary::skin::Skin;
-use crate::boundary::tag::{self, Cut, Holds};
+use crate::boundary::surface_quadrature::SurfaceQuadrature;
+use crate::boundary::tag;
 use crate::dynamics::Dynamics;
 use crate::dynamics::elastic::Elastic;
 use crate::dynamics::paper::Paper;
 use crate::error::{Failure, InvalidInput};
 use crate::mesh::TriangleMesh;
-use crate::mls::{Cloud, PointWeights};
+use crate::mls::{Cloud, GradientFit, PointWeights};
 use crate::observe::{Reading, TaggedProbe};
 use crate::particles::{Column, Field, Particles};
 use crate::sample::{Body, sample};
@@ -28,11 +30,14 @@ use crate::shape::Shape;
 use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
 use crate::state::State;
-use crate::surface::Surface;
+use crate::surface::{Surface, vertex_normals};
 use crate::tensor::{Mat3, Vec3};
 use assemble::Laid;
+use held::{Held, with_cut_shape};
 use lay::{LayError, Undeformed};
+use rayon::prelude::*;
 use std::sync::Arc;
+use surface_reading::{Loading, SurfaceReading};
 
 /// A solid body.
 #[derive(Clone, Debug)]
@@ -41,7 +46,9 @@ pub(super) struct Solid {
     spacing: f64,
     /// Its surface as the zero of its level set, undeformed.
     zero_surface: TriangleMesh,
-    holds: Holds,
+    held: Held,
+    /// The surface of the shape without pieces that hold no particle, if there are such.
+    kept_surface: Option<Arc<TriangleMesh>>,
     undeformed: Undeformed,
     laid: Laid,
     matter: Matter,
@@ -50,13 +57,32 @@ pub(super) struct Solid {
     /// Time of the last remesh and the displacement that it left, if there was one.
     laid_with: Option<(f64, Column)>,
     /// Where loads act, once they have been replaced.
-    skin: Option<Skin>,
+    quadrature: Option<SurfaceQuadrature>,
     probes: Vec<TaggedProbe>,
     /// The reference positions that the probes' particles were found for.
     probed: Arc<Vec<f64>>,
-    /// Weights of the particles at the vertices of the undeformed surface, and the reference positions of
-    /// the particles that they were found for.
-    surface: (PointWeights, Arc<Vec<f64>>),
+    fits: SurfaceFits,
+    /// Strain and stress on the surface; none in the scheme of the paper.
+    reading: Option<SurfaceReading>,
+}
+
+/// Fits of the particles around the vertices of the undeformed surface.
+#[derive(Clone, Debug)]
+struct SurfaceFits {
+    weights: PointWeights,
+    gradients: Vec<GradientFit>,
+    /// The reference positions of the particles that they were found for.
+    reference: Arc<Vec<f64>>,
+}
+
+impl SurfaceFits {
+    fn new(cloud: &Cloud<'_>, vertices: &[Vec3], reference: Arc<Vec<f64>>) -> Self {
+        Self {
+            weights: PointWeights::new(cloud, vertices),
+            gradients: vertices.par_iter().map(|x| cloud.gradient_fit(x)).collect(),
+            reference,
+        }
+    }
 }
 
 /// What moves the particles.
@@ -104,37 +130,59 @@ impl Solid {
     /// The first input that can not be simulated.
     pub fn parts(setup: &Setup) -> Result<Parts, InvalidInput> {
         check_solid(setup)?;
+        let setup = &with_cut_shape(setup)?;
         let (solver, shape) = (setup.solver, &*setup.shape);
-        let cut = Cut::of(solver.formulation);
-        let alignment = tag::alignment(&setup.boundaries, &shape.bounds(), &solver, cut);
-        let body = sample(shape, setup.resolution, &alignment)?;
+        let is_paper = solver.formulation == Formulation::Paper;
+        let alignment = match solver.formulation {
+            Formulation::Paper => tag::alignment(&setup.boundaries, &shape.bounds(), &solver),
+            Formulation::Adjoint => Vec::new(),
+        };
+        let mut body = sample(shape, setup.resolution, &alignment)?;
         let dx = body.grid.spacing;
-        let bounds = shape.bounds();
         let anew = setup.remesh.trigger != RemeshTrigger::Never;
-        let (undeformed, laid) = Undeformed::new(&body, 0.5 * (bounds.min + bounds.max), anew)
+        let (undeformed, laid) = Undeformed::new(&body, anew)
             .map_err(|e| InvalidInput::new("body.spacing", dx, e.to_string(), "choose a larger spacing"))?;
         let notes = left_out(&body, shape);
-        let Body { level_set, surface: zero_surface, cells, fraction, .. } = body;
-        drop((cells, fraction));
+        let kept_surface = body.kept_surface.take().map(Arc::new);
+        let Body { level_set, surface: zero_surface, cells, fraction, volume, .. } = body;
+        drop((cells, fraction, volume));
         let n = laid.len();
 
-        let holds = tag::holds(&setup.boundaries, &laid.positions(), dx, &solver, cut)?;
-        check_walls(setup, &holds)?;
-        let mut elastic = laid.elastic(setup, &undeformed.lattice, &holds, 0.0)?;
-        elastic.loads = laid.loads(setup, &elastic, None)?;
         let positions = laid.positions();
-        let cloud = Cloud::new(&positions, dx);
+        let surface = kept_surface.as_deref().unwrap_or_else(|| shape.surface());
+        let held = if is_paper {
+            Held::Layers(tag::holds(&setup.boundaries, &positions, dx, &solver)?)
+        } else {
+            Held::Surface(Constraints::new(&setup.boundaries, surface, &positions, dx)?)
+        };
+        let quadrature = laid.quadrature(setup, surface, dx, &held);
+        let mut elastic = laid.elastic(setup, &undeformed.lattice, &held)?;
+        if !is_paper {
+            elastic = elastic.with_surface(&quadrature, held.holds(), &laid.cut, &positions);
+        }
+        elastic.loads = laid.loads(setup, &elastic, &quadrature, &held)?;
+        drop(quadrature);
+        let cloud = Cloud::new(&positions, &laid.volume, dx);
         let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
         let probe = |(i, p)| {
             let probe = TaggedProbe::new(i, p, shape, &positions, &laid.volume, dx, weights)?;
             Ok(if anew { probe } else { probe.settled() })
         };
         let probes = setup.probes.iter().enumerate().map(probe).collect::<Result<Vec<_>, _>>()?;
-        let surface_weights = weights(&zero_surface.vertices);
+        let fits = SurfaceFits::new(&cloud, &zero_surface.vertices, Arc::default());
+        let mut reading = (!is_paper).then(|| {
+            SurfaceReading::new(shape, &held, &zero_surface.vertices, &vertex_normals(&zero_surface))
+        });
+        if let (Some(reading), false) = (&mut reading, setup.initial.displacement.is_zero())
+            && setup.material.relaxation_time() > 0.0
+        {
+            let u = setup.initial.displacement.at_all(&positions);
+            reading.start_from(&*setup.material, (&cloud, &fits.gradients), |a| u[a]);
+        }
         drop(cloud);
 
         let limit = step_limit(&mut elastic);
-        let pace = choose_pace(setup, &limit, solver.formulation == Formulation::Adjoint)?;
+        let pace = choose_pace(setup, &limit, !is_paper)?;
         let description = Description {
             particles: n,
             spacing: dx,
@@ -161,7 +209,7 @@ impl Solid {
         particles.set(Field::Mass, Column::shared(Arc::clone(&elastic.mass), n));
         particles.set(Field::Volume, Column::shared(Arc::clone(&laid.volume), n));
         particles.set(Field::LevelSet, Column::from_vec(level_set, n));
-        if solver.formulation == Formulation::Paper {
+        if is_paper {
             let strain = elastic.strain(0.0, particles.column(Field::Displacement).values());
             particles.set(Field::Strain, Column::from_vec(strain, n));
             particles.set(Field::Density, Column::from_vec(vec![setup.material.density(); n], n));
@@ -172,24 +220,30 @@ impl Solid {
             setup: setup.clone(),
             spacing: dx,
             zero_surface,
-            holds,
+            held,
+            kept_surface,
             undeformed,
             laid_at: matter.gradient_for(setup, &particles, 0.0),
             laid_with: None,
             laid: if anew { laid } else { laid.for_good() },
             matter,
-            skin: None,
+            quadrature: None,
             probes,
             probed: Arc::clone(&reference),
-            surface: (surface_weights, reference),
+            fits: SurfaceFits { reference, ..fits },
+            reading,
         });
         Ok(Parts { model, particles, description })
     }
 
-    /// Weights of particles with these reference positions at the vertices of the undeformed surface.
-    fn weights_on_surface(&self, reference: &Column) -> PointWeights {
-        let positions: Vec<Vec3> = (0..reference.len()).map(|a| reference.vector(a)).collect();
-        PointWeights::new(&Cloud::new(&positions, self.spacing), &self.zero_surface.vertices)
+    /// The surface that is loaded and held, undeformed.
+    fn boundary_surface(&self) -> &TriangleMesh {
+        self.kept_surface.as_deref().unwrap_or_else(|| self.setup.shape.surface())
+    }
+
+    /// The particles at their reference `positions`.
+    fn cloud<'a>(&'a self, positions: &'a [Vec3]) -> Cloud<'a> {
+        Cloud::new(positions, &self.laid.volume, self.spacing)
     }
 
     /// Particles laid anew with the dynamics of them.
@@ -197,13 +251,14 @@ impl Solid {
         let setup = &self.setup;
         let anew = self.undeformed.lay(
             setup,
-            &self.holds,
+            &self.held,
             (&self.laid.nodes(), particles),
             self.dynamics().integrated(),
             time,
+            self.boundary_surface(),
         )?;
         let (laid, mut elastic, mut new) = (anew.laid, anew.elastic, anew.particles);
-        elastic.loads = laid.loads(setup, &elastic, None)?;
+        elastic.loads = laid.loads(setup, &elastic, &anew.quadrature, &self.held)?;
         let (shape, restore) = (&*setup.shape, setup.remesh.restore_level_set);
         let level_set = if restore {
             let (nodes, undeformed) = &anew.around;
@@ -259,13 +314,13 @@ impl Model for Solid {
         let (relaid, laid, elastic) = self.lay(particles, moment.time).map_err(|e| failure(&e, moment))?;
         self.matter = Matter::new(&self.setup, elastic);
         self.laid = laid;
-        self.skin = None;
+        self.quadrature = None;
         self.laid_with = Some((moment.time, relaid.particles.column(Field::Displacement).clone()));
         self.laid_at = self.matter.gradient_for(&self.setup, &relaid.particles, moment.time);
         Ok(relaid)
     }
 
-    fn set_loads(&mut self, loads: &[Load]) -> Result<(), InvalidInput> {
+    fn set_loads(&mut self, loads: &[Load], time: f64) -> Result<(), InvalidInput> {
         let Matter::Adjoint(elastic) = &mut self.matter else {
             return Err(InvalidInput::new(
                 "load",
@@ -274,15 +329,33 @@ impl Model for Solid {
                 "take `formulation = \"adjoint\"`",
             ));
         };
-        let before = std::mem::replace(&mut self.setup.loads, loads.to_vec());
-        match self.laid.loads(&self.setup, elastic, Some(&mut self.skin)) {
-            Ok(loads) => elastic.loads = loads,
+        let mut before = std::mem::replace(&mut self.setup.loads, loads.to_vec());
+        let surface = self.kept_surface.as_deref().unwrap_or_else(|| self.setup.shape.surface());
+        let quadrature = self
+            .quadrature
+            .get_or_insert_with(|| self.laid.quadrature(&self.setup, surface, self.spacing, &self.held));
+        match self.laid.loads(&self.setup, elastic, quadrature, &self.held) {
+            Ok(new) => {
+                elastic.loads = new;
+                if let Some(reading) = &mut self.reading {
+                    // The strain of the surface goes on from what the loads before have done.
+                    std::mem::swap(&mut self.setup.loads, &mut before);
+                    reading.settle(&Loading::of(&self.setup, self.spacing), time, false);
+                    std::mem::swap(&mut self.setup.loads, &mut before);
+                }
+            }
             Err(error) => {
                 self.setup.loads = before;
                 return Err(error);
             }
         }
         Ok(())
+    }
+
+    fn settle(&mut self, time: f64) {
+        if let Some(reading) = &mut self.reading {
+            reading.settle(&Loading::of(&self.setup, self.spacing), time, true);
+        }
     }
 
     fn save(&self, state: &mut State) {
@@ -293,14 +366,14 @@ impl Model for Solid {
         state::restore(self, state, particles)
     }
 
-    fn skin(&self) -> Option<Skin> {
-        Some(self.laid.skin(&*self.setup.shape, self.spacing))
+    fn surface_quadrature(&self) -> Option<SurfaceQuadrature> {
+        Some(self.laid.quadrature(&self.setup, self.boundary_surface(), self.spacing, &self.held))
     }
 
     fn add_probe(&mut self, probe: &Probe) -> Result<(), InvalidInput> {
         let (index, dx) = (self.setup.probes.len(), self.spacing);
         let (positions, volume) = (self.laid.positions(), &self.laid.volume);
-        let cloud = Cloud::new(&positions, dx);
+        let cloud = self.cloud(&positions);
         let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
         self.probes.push(TaggedProbe::new(
             index,
@@ -316,24 +389,47 @@ impl Model for Solid {
     }
 
     fn surface(&self, snapshot: &Snapshot) -> Surface {
-        let (weights, reference) = &self.surface;
-        let column = snapshot.column(Field::Reference);
-        if Arc::ptr_eq(reference, &column.share()) {
-            return Surface::new(&self.zero_surface, weights, snapshot);
+        let reference = snapshot.column(Field::Reference);
+        let positions: Vec<Vec3> = (0..reference.len()).map(|a| reference.vector(a)).collect();
+        let cloud = Cloud::new(&positions, snapshot.column(Field::Volume).values(), self.spacing);
+        let mut other = None;
+        let fits = if Arc::ptr_eq(&self.fits.reference, &reference.share()) {
+            &self.fits
+        } else {
+            other.insert(SurfaceFits::new(&cloud, &self.zero_surface.vertices, reference.share()))
+        };
+        let mut surface = Surface::new(&self.zero_surface, &fits.weights, snapshot);
+        if let Some(reading) = self.reading.as_ref().filter(|_| snapshot.particles.has(Field::Strain)) {
+            let loading = Loading::of(&self.setup, self.spacing);
+            let (u, v) = (snapshot.column(Field::Displacement), snapshot.column(Field::Velocity));
+            let relaxation_time = self.setup.material.relaxation_time();
+            let effective = |a: usize| u.vector(a) + relaxation_time * v.vector(a);
+            let fits = (&cloud, &fits.gradients[..]);
+            surface.set_strain_and_stress(&reading.read(
+                &loading,
+                fits,
+                snapshot.time,
+                |a| u.vector(a),
+                effective,
+            ));
         }
-        Surface::new(&self.zero_surface, &self.weights_on_surface(column), snapshot)
+        surface
     }
 
     fn readings(&mut self, particles: &Particles, time: f64) -> Vec<Reading> {
         let reference = particles.column(Field::Reference).share();
         if !Arc::ptr_eq(&self.probed, &reference) {
             let positions = self.laid.positions();
-            let cloud = Cloud::new(&positions, self.spacing).sharp();
+            let cloud = Cloud::new(&positions, &self.laid.volume, self.spacing).sharp();
             for probe in &mut self.probes {
                 probe.find(particles.len(), |points| PointWeights::new(&cloud, points));
             }
-            self.surface =
-                (self.weights_on_surface(particles.column(Field::Reference)), Arc::clone(&reference));
+            let fits = SurfaceFits::new(
+                &self.cloud(&positions),
+                &self.zero_surface.vertices,
+                Arc::clone(&reference),
+            );
+            self.fits = fits;
             self.probed = reference;
         }
         let mut readings = Vec::new();
@@ -402,24 +498,6 @@ fn check_solid(setup: &Setup) -> Result<(), InvalidInput> {
             "colour",
             "a solid has no colour: that is a field of a prescribed motion",
             "for example \"displacement.z\"",
-        ));
-    }
-    Ok(())
-}
-
-/// Walls that a remesh would lose: between the layers of the lattice, which does not move with them.
-fn check_walls(setup: &Setup, holds: &Holds) -> Result<(), InvalidInput> {
-    if setup.remesh.trigger == RemeshTrigger::Never {
-        return Ok(());
-    }
-    let along_normal = |p: &MirrorPlane| p.motion.is_some_and(|m| p.fix[p.axis] && m.moves_along(p.axis));
-    if holds.planes.iter().any(along_normal) {
-        return Err(InvalidInput::new(
-            "remesh.every",
-            "",
-            "a flat face that is moved along its normal can not be remeshed: the wall would leave the layers \
-             of the lattice, and lose its hold",
-            "set `every = 0`; a small-strain solid between moved plates needs no remeshing",
         ));
     }
     Ok(())

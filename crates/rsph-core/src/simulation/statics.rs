@@ -158,6 +158,7 @@ impl Simulation {
         }
         self.time = t;
         self.steps += 1;
+        self.model.settle(t);
         self.watch.restart(self.model.dynamics(), &self.particles, self.time, self.steps);
         self.equilibrium = Some(found);
         Ok(found)

@@ -2,7 +2,7 @@
 
 use super::Simulation;
 use crate::boundary::nodal_load::NodalLoad;
-use crate::boundary::skin::Skin;
+use crate::boundary::surface_quadrature::SurfaceQuadrature;
 use crate::error::InvalidInput;
 use crate::setup::{Probe, Ramp};
 
@@ -41,8 +41,8 @@ impl Simulation {
 
     /// Points of the undeformed surface, with the weights by which forces there go to the present particles
     /// and their values come here; `None` for a body that takes no forces.
-    pub fn skin(&self) -> Option<Skin> {
-        self.model.skin()
+    pub fn surface_quadrature(&self) -> Option<SurfaceQuadrature> {
+        self.model.surface_quadrature()
     }
 
     /// Adds a probe; its readings follow those of the others.

@@ -5,71 +5,84 @@ use crate::moments::Moments;
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use rayon::prelude::*;
 
-/// How the gradient of particle c answers to a displacement of a: dG_c = e_i (x) column i.
-type Response = (usize, Mat3);
+/// How the gradient of a particle c answers to a displacement du of particle a:
+/// dG_c = du (x) `gradient` - (projector du) (x) `lifted`.
+struct Response {
+    particle: usize,
+    /// V_a w X, X from c to a; its negative sum for c = a.
+    first: Vec3,
+    gradient: Vec3,
+    lifted: Vec<(Vec3, Mat3)>,
+}
 
-/// d^2 E / du_a^2 of every particle: 2 E = sum_c V_c (sigma_c : e_c + kappa |residual|^2) with every wall
-/// at rest.
+/// d^2 E / du_a^2 of every particle: 2 E = sum_c V_c (sigma_c : e_c + kappa |residual|^2) with every held face
+/// at rest, and the penalty of held faces.
 pub fn diagonal_blocks(elastic: &Elastic) -> Vec<Mat3> {
-    let (lattice, moments, mirror) = (&elastic.lattice, elastic.moments(), &elastic.mirror);
+    let (lattice, moments) = (&elastic.lattice, elastic.moments());
     (0..lattice.len())
         .into_par_iter()
         .map(|a| {
             let m = &moments[a];
             let mut responses: Vec<Response> = Vec::with_capacity(lattice.neighbours.len() + 1);
-            // a itself, then the particles that see it, then those that see an image of it.
-            responses.push((a, columns(&-m.first)));
-            let mut springs = Mat3::from_diagonal_element(m.volume * m.zeroth);
+            let mut own = -(m.correction * m.first);
+            if let Some(row) = elastic.correction_row(a) {
+                own -= row.zeroth - row.gamma * m.zeroth - row.slope * m.first;
+            }
+            responses.push(Response { particle: a, first: -m.first, gradient: own, lifted: Vec::new() });
+            let mut springs = m.volume * m.zeroth;
             for neighbour in &lattice.neighbours {
                 if let Some(c) = lattice.neighbour(a, neighbour) {
-                    responses.push((c, columns(&(-neighbour.x * (m.volume * neighbour.w)))));
-                    springs += Mat3::from_diagonal_element(moments[c].volume * m.volume * neighbour.w);
+                    let vw = m.volume * neighbour.w;
+                    let x = -neighbour.x;
+                    let mut gradient = moments[c].correction * x;
+                    if let Some(row) = elastic.correction_row(c) {
+                        gradient += elastic.gamma(a) - row.gamma - row.slope * x;
+                    }
+                    let (first, gradient) = (x * vw, gradient * vw);
+                    responses.push(Response { particle: c, first, gradient, lifted: Vec::new() });
+                    springs += moments[c].volume * vw;
                 }
             }
-            for ghost in mirror.ghosts_of(a) {
-                let c = ghost.partner as usize;
-                // c sees the image of a at -R X.
-                let seen = columns(&(-ghost.reflection.component_mul(&ghost.x) * (m.volume * ghost.w)))
-                    * Mat3::from_diagonal(&ghost.sign);
-                match responses.iter_mut().find(|(b, _)| *b == c) {
-                    Some((_, sum)) => *sum += seen,
-                    None => responses.push((c, seen)),
-                }
-                let own = if c == a { Vec3::repeat(1.0) - ghost.sign } else { Vec3::repeat(1.0) };
-                let vw = m.volume * moments[c].volume * ghost.w;
-                // As the centre it was counted with weight one in `zeroth`.
-                springs += Mat3::from_diagonal(&(own.component_mul(&own) - Vec3::repeat(1.0))) * vw;
-                if c != a {
-                    springs += Mat3::from_diagonal_element(vw);
-                }
-            }
-            let mut block = springs * elastic.hourglass;
-            for (c, columns) in &responses {
-                block += of_gradient(elastic, &moments[*c], columns);
+            elastic.lift.responses(
+                a,
+                |b| moments[b].volume,
+                |b, vector, projector| {
+                    let at = responses.iter().position(|r| r.particle == b).unwrap_or_else(|| {
+                        let (first, gradient) = (Vec3::zeros(), Vec3::zeros());
+                        responses.push(Response { particle: b, first, gradient, lifted: Vec::new() });
+                        responses.len() - 1
+                    });
+                    responses[at].lifted.push((vector, *projector));
+                },
+            );
+            let mut block =
+                Mat3::from_diagonal_element(springs * elastic.hourglass) + elastic.lift.penalty_block(a);
+            for response in &responses {
+                block += of_response(elastic, &moments[response.particle], response);
             }
             0.5 * (block + block.transpose())
         })
         .collect()
 }
 
-/// The same vector for each component.
-fn columns(v: &Vec3) -> Mat3 {
-    Mat3::from_columns(&[*v, *v, *v])
-}
-
-/// V (sigma(sym e_j (x) g_j) g_i)_i - kappa V g_i M g_j delta_ij for the columns g = L x of the columns x.
-fn of_gradient(elastic: &Elastic, m: &Moments, columns: &Mat3) -> Mat3 {
-    let g = m.correction * columns;
+/// V sigma(e_j) : e_i for the strains e of unit displacements, less the part of the hourglass term that the gradient
+/// takes.
+fn of_response(elastic: &Elastic, m: &Moments, response: &Response) -> Mat3 {
+    let strains: [SymTensor; 3] = std::array::from_fn(|j| {
+        let direction = Vec3::ith(j, 1.0);
+        let mut gradient = direction * response.gradient.transpose();
+        for (vector, projector) in &response.lifted {
+            gradient -= projector.column(j) * vector.transpose();
+        }
+        SymTensor::symmetric_part(&gradient)
+    });
     let mut block = Mat3::zeros();
     for j in 0..3 {
-        let mut direction = Vec3::zeros();
-        direction[j] = 1.0;
-        let strain = SymTensor::symmetric_part(&(direction * g.column(j).transpose()));
-        let sigma = elastic.material.stress(strain).to_matrix();
+        let sigma = elastic.material.stress(strains[j]);
         for i in 0..3 {
-            block[(i, j)] += m.volume * sigma.row(i).dot(&g.column(i).transpose());
+            block[(i, j)] = m.volume * sigma.double_dot(strains[i]);
         }
-        block[(j, j)] -= elastic.hourglass * m.volume * g.column(j).dot(&columns.column(j));
     }
-    block
+    let slope = elastic.hourglass * m.volume * response.first.dot(&(m.correction * response.first));
+    block - Mat3::from_diagonal_element(slope)
 }

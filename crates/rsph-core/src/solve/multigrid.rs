@@ -24,9 +24,11 @@ const DIRECT: usize = 600;
 const LEAST_FULL: f64 = 1e-3;
 /// A node is held when this share of the weight around it is.
 const HELD_SHARE: f64 = 0.5;
-/// Ratio of the moduli of pressure and shear waves (6 at nu = 0.4) above which the particles are smoothed
-/// twice: nearly incompressible bodies converge slowly.
-const NEARLY_INCOMPRESSIBLE: f64 = 6.0;
+/// Stiffness of the springs of a held face on the nodes of the first coarse level, in E/dx.
+const HOLD: f64 = 4.0;
+/// Ratios of the moduli of pressure and shear waves (6 at nu = 0.4, 35 at 0.485, 200 at 0.4975) above each of which the
+/// particles are smoothed once more: nearly incompressible bodies converge slowly.
+const NEARLY_INCOMPRESSIBLE: [f64; 3] = [6.0, 35.0, 200.0];
 
 /// The hierarchy of a body on its lattice. It stands as long as the lattice and its boundaries do.
 #[derive(Clone, Debug)]
@@ -178,7 +180,8 @@ impl Multigrid {
 /// Steps of the smoother on the particles.
 fn smoothing(material: &dyn Material) -> usize {
     let shear = material.stress(SymTensor([0.0, 0.0, 0.0, 0.5, 0.0, 0.0])).0[3];
-    if material.p_wave_modulus() > NEARLY_INCOMPRESSIBLE * shear { 2 } else { 1 }
+    let ratio = material.p_wave_modulus() / shear;
+    1 + NEARLY_INCOMPRESSIBLE.iter().filter(|r| ratio > **r).count()
 }
 
 /// Trilinear hexahedra on the blocks.
@@ -204,15 +207,6 @@ fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
             held_particle[i * n + p.particle] = 1.0;
         }
     }
-    let inward: Vec<f64> = elastic
-        .mirror
-        .planes()
-        .iter()
-        .map(|plane| {
-            let free = (0..n).filter(|&a| (0..3).any(|i| held_particle[i * n + a] == 0.0));
-            free.map(|a| elastic.lattice.position(a)[plane.axis] - plane.at).sum::<f64>().signum()
-        })
-        .collect();
     let nodes = transfer.nodes.coordinates.len();
     let mut mass = vec![0.0; 3 * nodes];
     let held: Vec<[bool; 3]> = (0..nodes)
@@ -226,20 +220,34 @@ fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
                     masses[i] += w * elastic.mass[a] * (1.0 - h);
                 }
             });
-            let x = transfer.position(elastic, node);
-            let beyond = |i: usize| {
-                let planes = elastic.mirror.planes().iter().zip(&inward);
-                planes.into_iter().any(|(p, s)| p.fix[i] && (x[p.axis] - p.at) * s < 0.25 * edge)
-            };
-            let held = std::array::from_fn(|i| beyond(i) || held[i] >= HELD_SHARE * all);
+            let held = std::array::from_fn(|i| held[i] >= HELD_SHARE * all);
             for i in (0..3).filter(|&i| !held[i]) {
                 mass[3 * node + i] = masses[i];
             }
             held
         })
         .collect();
+    // Held faces are springs on the nodes around them.
+    let mut springs = vec![Vec::new(); nodes];
+    let stiffness_of_hold = HOLD * elastic.material.young_modulus() / elastic.lattice.spacing;
+    for (x, projector, area) in elastic.lift.places() {
+        let Some(corners) = transfer.corners_at(elastic, &x) else { continue };
+        for (m, weight) in corners {
+            for (n, other) in corners {
+                let o = std::array::from_fn(|i| {
+                    transfer.nodes.coordinates[n as usize][i] - transfer.nodes.coordinates[m as usize][i]
+                });
+                let spring = projector * (stiffness_of_hold * area * weight * other);
+                springs[m as usize].push((slot(o), n, spring));
+            }
+        }
+    }
     let rows = |node: usize| {
         let mut row = [Mat3::zeros(); 27];
+        for (place, other, spring) in &springs[node] {
+            let is_free = |i: usize, j: usize| !held[node][i] && !held[*other as usize][j];
+            row[*place] += Mat3::from_fn(|i, j| if is_free(i, j) { spring[(i, j)] } else { 0.0 });
+        }
         for (k, &block) in transfer.blocks_of[node].iter().enumerate().filter(|(_, b)| **b != NO_NODE) {
             let here = hexahedra::corner(7 - k);
             for (c, &other) in transfer.nodes_of[block as usize].iter().enumerate() {

@@ -27,14 +27,13 @@ pub fn loose_pieces(elastic: &Elastic) -> Vec<LoosePiece> {
     pieces(elastic).iter().filter_map(|piece| loose(elastic, piece)).collect()
 }
 
-/// Particles that hang together by the sums, apart from those that no sum sees.
+/// Particles that hang together by the sums.
 fn pieces(elastic: &Elastic) -> Vec<Vec<usize>> {
     let lattice = &elastic.lattice;
-    let seen = |a: usize| elastic.moments_of(a).volume > 0.0;
     let mut piece_of = vec![usize::MAX; lattice.len()];
     let mut pieces: Vec<Vec<usize>> = Vec::new();
     for start in 0..lattice.len() {
-        if piece_of[start] != usize::MAX || !seen(start) {
+        if piece_of[start] != usize::MAX {
             continue;
         }
         let id = pieces.len();
@@ -45,7 +44,6 @@ fn pieces(elastic: &Elastic) -> Vec<Vec<usize>> {
             for neighbour in &lattice.neighbours {
                 if let Some(b) = lattice.neighbour(piece[next], neighbour)
                     && piece_of[b] == usize::MAX
-                    && seen(b)
                 {
                     piece_of[b] = id;
                     piece.push(b);
@@ -63,27 +61,26 @@ fn loose(elastic: &Elastic, piece: &[usize]) -> Option<LoosePiece> {
     let position = |a: usize| elastic.lattice.position(a);
     let centre = piece.iter().map(|&a| position(a)).sum::<Vec3>() / piece.len() as f64;
     let radius = piece.iter().map(|&a| (position(a) - centre).norm()).fold(elastic.lattice.spacing, f64::max);
-    // A held component i at x forbids (translation + rotation x (x - centre))_i.
+    // A component held at x along an axis forbids (translation + rotation x (x - centre)) . axis.
     let mut holds = Matrix6::zeros();
-    let mut forbid = |x: &Vec3, i: usize| {
-        let mut axis = Vec3::zeros();
-        axis[i] = 1.0;
-        let turn = ((x - centre) / radius).cross(&axis);
+    let mut forbid = |x: &Vec3, axis: &Vec3| {
+        let turn = ((x - centre) / radius).cross(axis);
         let row = Vector6::new(axis.x, axis.y, axis.z, turn.x, turn.y, turn.z);
         holds += row * row.transpose();
     };
     let mut member = vec![false; elastic.len()];
     for &a in piece {
         member[a] = true;
-        for ghost in elastic.mirror.ghosts_of(a) {
-            for i in (0..3).filter(|&i| ghost.sign[i] < 0.0) {
-                forbid(&(position(a) + 0.5 * ghost.x), i);
-            }
+    }
+    for (x, projector) in elastic.lift.holds_near(|a| member[a]) {
+        // The columns of a projector span what it holds.
+        for i in 0..3 {
+            forbid(&x, &projector.column(i).into());
         }
     }
     for p in elastic.fixed.particles.iter().filter(|p| member[p.particle]) {
         for i in (0..3).filter(|&i| p.fix[i]) {
-            forbid(&position(p.particle), i);
+            forbid(&position(p.particle), &Vec3::ith(i, 1.0));
         }
     }
     let eigen = holds.symmetric_eigen();

@@ -2,7 +2,7 @@
 //! cells a side.
 
 use super::hexahedra::corner;
-use super::nodes::{NO_NODE, NodeMap};
+use super::nodes::{NO_NODE, NodeMap, offset};
 use crate::dynamics::elastic::Elastic;
 use crate::lattice::NO_PARTICLE;
 use crate::tensor::Vec3;
@@ -17,8 +17,8 @@ const PARTICLES_A_TASK: usize = 1024;
 /// The blocks of a body and what they connect.
 #[derive(Clone, Debug)]
 pub struct Transfer {
-    /// Cells before the first that the first block has along each axis.
-    shift: [usize; 3],
+    /// Which block is where.
+    blocks: NodeMap,
     /// The nodes: corners of blocks that hold a particle.
     pub nodes: NodeMap,
     /// The eight nodes of every block, x fastest.
@@ -38,12 +38,7 @@ impl Transfer {
     /// The blocks of `elastic`'s lattice.
     pub fn new(elastic: &Elastic) -> Self {
         let lattice = &elastic.lattice;
-        let shift = shift(elastic);
-        let shifted = |a| {
-            let cell = lattice.coordinates(a);
-            std::array::from_fn(|i| cell[i] + shift[i])
-        };
-        let cells: Vec<[usize; 3]> = (0..lattice.len()).map(shifted).collect();
+        let cells: Vec<[usize; 3]> = (0..lattice.len()).map(|a| lattice.coordinates(a)).collect();
         let block_place = |c: &[usize; 3]| c.map(|x| (x / BLOCK) as i32);
         let blocks = NodeMap::new(cells.iter().map(block_place));
         let mut particles_of = vec![[NO_PARTICLE; 8]; blocks.coordinates.len()];
@@ -78,14 +73,28 @@ impl Transfer {
             })
         });
         let of_block = vec![[0.0; 24]; particles_of.len() + 1];
-        Self { shift, nodes, nodes_of, particles_of, blocks_of, block_and_place, weights, of_block }
+        Self { blocks, nodes, nodes_of, particles_of, blocks_of, block_and_place, weights, of_block }
     }
 
-    /// Where a node is in the undeformed body of `elastic`.
-    pub fn position(&self, elastic: &Elastic, node: usize) -> Vec3 {
-        let (lattice, place) = (&elastic.lattice, self.nodes.coordinates[node]);
-        let cells = Vec3::from_fn(|i, _| f64::from(place[i]) * BLOCK as f64 - self.shift[i] as f64);
-        lattice.origin + cells * lattice.spacing
+    /// The corners of the block nearest to the place `x` of the lattice of `elastic`, with their trilinear weights at
+    /// the place in the block that is nearest to it; `None` far from all blocks.
+    pub fn corners_at(&self, elastic: &Elastic, x: &Vec3) -> Option<[(u32, f64); 8]> {
+        let q = (x - elastic.lattice.origin) / (BLOCK as f64 * elastic.lattice.spacing);
+        let home = q.map(f64::floor);
+        let candidates = (0..27).filter_map(|s| {
+            let o = offset(s);
+            let place: [i32; 3] = std::array::from_fn(|i| home[i] as i32 + o[i]);
+            let block = self.blocks.node(place);
+            let inside = Vec3::from_fn(|i, _| (q[i] - f64::from(place[i])).clamp(0.0, 1.0));
+            let nearest = Vec3::from_fn(|i, _| f64::from(place[i])) + inside;
+            (block != NO_NODE).then(|| (block, inside, (q - nearest).norm()))
+        });
+        let (block, inside, _) = candidates.min_by(|a, b| a.2.total_cmp(&b.2))?;
+        Some(std::array::from_fn(|k| {
+            let c = corner(k);
+            let weight = (0..3).map(|i| if c[i] == 1 { inside[i] } else { 1.0 - inside[i] }).product();
+            (self.nodes_of[block as usize][k], weight)
+        }))
     }
 
     /// Visits (particle, weight) of the particles around a node, always in the same order.
@@ -158,17 +167,6 @@ impl Transfer {
             },
         );
     }
-}
-
-/// By how many cells blocks have to start before the lattice for the clamped planes to run between them: a block
-/// of which one half is clamped would be too soft, and twice as many iterations the price.
-fn shift(elastic: &Elastic) -> [usize; 3] {
-    let (lattice, planes) = (&elastic.lattice, elastic.mirror.planes());
-    std::array::from_fn(|axis| {
-        let clamp = planes.iter().find(|p| p.axis == axis && p.fix[axis]);
-        let cells = clamp.map_or(0.0, |p| ((p.at - lattice.origin[axis]) / lattice.spacing).round());
-        (cells as i64).rem_euclid(BLOCK as i64) as usize
-    })
 }
 
 /// Trilinear interpolation between the eight corners of a block and the middles of its eight cells, which

@@ -1,12 +1,16 @@
 //! Bodies for the tests of the operator.
-#![allow(dead_code)]
+#![allow(dead_code, clippy::needless_pass_by_value)]
 
-use rsph_core::boundary::fixed::Fixed;
-use rsph_core::boundary::mirror::{Mirror, MirrorPlane};
+use rsph_core::boundary::constraints::Constraints;
+use rsph_core::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature};
 use rsph_core::dynamics::elastic::Elastic;
-use rsph_core::grid::Grid;
 use rsph_core::lattice::Lattice;
 use rsph_core::material::KelvinVoigt;
+use rsph_core::mls::Cloud;
+use rsph_core::region::{Axis, Region, Side};
+use rsph_core::sample::{Resolution, sample};
+use rsph_core::setup::{Boundary, Fix, Solver};
+use rsph_core::shape::{BoxShape, Shape, SphereShape};
 use rsph_core::tensor::Vec3;
 use std::sync::Arc;
 
@@ -34,56 +38,71 @@ pub struct TestBody {
     pub elastic: Elastic,
     pub positions: Vec<Vec3>,
     pub spacing: f64,
+    /// The surface with the weights of the particles.
+    pub surface: SurfaceQuadrature,
 }
 
-/// A body of the cells for which `fraction` is positive, with E = 100, nu = `nu`.
+/// The body that samples `shape`, held by `boundaries`, with E = 100, nu = `nu`, and the default hourglass term times
+/// `hourglass`.
 pub fn body(
-    cells: [usize; 3],
-    spacing: f64,
+    shape: Arc<dyn Shape>,
+    resolution: Resolution,
     smoothing: f64,
     hourglass: f64,
     nu: f64,
-    planes: Vec<MirrorPlane>,
-    fraction: impl Fn(&Vec3) -> f64,
+    boundaries: &[Boundary],
 ) -> TestBody {
-    let grid = Grid { origin: Vec3::zeros(), spacing, cells };
-    let mut occupied = Vec::new();
-    for k in 0..cells[2] {
-        for j in 0..cells[1] {
-            for i in 0..cells[0] {
-                if fraction(&grid.centre([i, j, k])) > 0.0 {
-                    occupied.push([i, j, k]);
-                }
-            }
-        }
-    }
-    let positions: Vec<Vec3> = occupied.iter().map(|c| grid.centre(*c)).collect();
-    let volume: Vec<f64> = positions.iter().map(|x| fraction(x) * spacing.powi(3)).collect();
-    let lattice = Lattice::new(&grid, &occupied, smoothing);
-    let mirror = Mirror::new(&lattice, &positions, planes, |_| true);
+    let sampled = sample(&*shape, resolution, &[]).unwrap();
+    let spacing = sampled.grid.spacing;
+    let positions: Vec<Vec3> = sampled.cells.iter().map(|c| sampled.grid.centre(*c)).collect();
+    let lattice = Lattice::new(&sampled.grid, &sampled.cells, smoothing);
     let material = Arc::new(KelvinVoigt::new(1.0, 100.0, nu, T).unwrap());
-    let elastic = Elastic::new(lattice, &volume, mirror, Fixed::default(), material, hourglass);
-    TestBody { elastic, positions, spacing }
+    let modulus = Solver { smoothing, hourglass, ..Solver::ACCURATE }.hourglass_modulus(100.0);
+    let constraints = Constraints::new(boundaries, shape.surface(), &positions, spacing).unwrap();
+    let cloud = Cloud::new(&positions, &sampled.volume, spacing).for_surface(smoothing);
+    let fits = |places: &[Vec3]| places.iter().map(|x| cloud.fit_at(x)).collect();
+    let particles = LoadedParticles { positions: &positions, fits: &fits };
+    let held = |x: &Vec3, n: &Vec3| constraints.held_at(x, n);
+    let surface = SurfaceQuadrature::new(shape.surface(), spacing, &particles, &held);
+    let fixed = constraints.fixed(&positions).unwrap();
+    let elastic = Elastic::new(lattice, &sampled.volume, fixed, material, modulus).with_surface(
+        &surface,
+        &constraints.holds,
+        &sampled.cut(),
+        &positions,
+    );
+    TestBody { elastic, positions, spacing, surface }
+}
+
+/// A half-space of the unit cube's faces.
+pub fn face(axis: Axis, at: f64, side: Side) -> Region {
+    Region::Plane { axis, at, side }
 }
 
 /// A clamp at z = 0.
-pub fn clamp() -> MirrorPlane {
-    MirrorPlane { axis: 2, at: 0.0, fix: [true; 3], motion: None }
+pub fn clamp() -> Boundary {
+    Boundary { region: face(Axis::Z, 0.0, Side::Below), fix: Fix::ALL, motion: None }
+}
+
+/// The unit cube.
+pub fn cube() -> Arc<dyn Shape> {
+    Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap())
+}
+
+/// The unit cube of n^3 particles with these boundaries.
+pub fn held_cube(n: usize, smoothing: f64, nu: f64, boundaries: &[Boundary]) -> TestBody {
+    body(cube(), Resolution::Spacing(1.0 / n as f64), smoothing, 1.0, nu, boundaries)
 }
 
 /// The cube of n^3 particles clamped at z = 0.
-pub fn clamped_cube(n: usize, smoothing: f64, hourglass: f64, nu: f64) -> TestBody {
-    body([n; 3], 1.0 / n as f64, smoothing, hourglass, nu, vec![clamp()], |_| 1.0)
+pub fn clamped_cube(n: usize, smoothing: f64, nu: f64) -> TestBody {
+    held_cube(n, smoothing, nu, &[clamp()])
 }
 
 /// A ball with cut cells, some of them small: a body with nothing flat.
 pub fn ball(smoothing: f64) -> TestBody {
-    let (n, dx) = (11, 0.1);
-    body([n; 3], dx, smoothing, 0.1, 0.3, Vec::new(), move |x| {
-        let depth = 0.47 - (x - Vec3::repeat(0.55)).norm();
-        let f = (depth / dx + 0.5).clamp(0.0, 1.0);
-        if f < 0.1 { 0.0 } else { f }
-    })
+    let shape = Arc::new(SphereShape::new(0.47, Vec3::repeat(0.55)).unwrap());
+    body(shape, Resolution::Spacing(0.1), smoothing, 1.0, 0.3, &[])
 }
 
 /// Conjugate gradients for K u = f.

@@ -2,11 +2,11 @@
 
 use super::checks::{direction, positive};
 use crate::scenario::{
-    BoundaryKind, BoundaryTable, CentreValue, Document, FieldTable, KeyPath, LoadKindName, LoadTable,
-    MotionTable, RampTable, RegionTable, ScenarioError,
+    BoundaryKind, BoundaryTable, CentreValue, ComponentName, Document, FieldTable, KeyPath, LoadKindName,
+    LoadTable, MotionTable, RampTable, RegionTable, ScenarioError,
 };
 use rsph_core::region::Region;
-use rsph_core::setup::{Boundary, Load, LoadKind, Motion, PatchCentre, Ramp, VectorField};
+use rsph_core::setup::{Boundary, Fix, Load, LoadKind, Motion, PatchCentre, Ramp, VectorField};
 use rsph_core::tensor::{Mat3, Vec3};
 use rsph_core::vector_field::FreeBeamMode;
 
@@ -97,17 +97,7 @@ pub fn boundaries(doc: &Document, tables: &[BoundaryTable]) -> Result<Vec<Bounda
 }
 
 fn boundary(doc: &Document, path: &KeyPath, table: &BoundaryTable) -> Result<Boundary, ScenarioError> {
-    let mut fix = [table.fix.is_none(); 3];
-    for axis in table.fix.iter().flatten() {
-        fix[axis.axis() as usize] = true;
-    }
-    if fix == [false; 3] {
-        return Err(doc.error(
-            &path.key("fix"),
-            "holds no component; allowed: \"x\", \"y\", \"z\", at least one",
-            "list the components, or remove the key to hold all three",
-        ));
-    }
+    let fix = fix(doc, &path.key("fix"), table.fix.as_deref())?;
     let motion = match (table.kind, &table.motion) {
         (BoundaryKind::Clamp, None) => None,
         (BoundaryKind::Prescribed, Some(motion)) => Some(motion_of(doc, &path.key("motion"), motion)?),
@@ -121,6 +111,29 @@ fn boundary(doc: &Document, path: &KeyPath, table: &BoundaryTable) -> Result<Bou
         (BoundaryKind::Prescribed, None) => return Err(missing(doc, path, "motion", "prescribed")),
     };
     Ok(Boundary { region: region(doc, &path.key("region"), &table.region)?, fix, motion })
+}
+
+fn fix(doc: &Document, path: &KeyPath, names: Option<&[ComponentName]>) -> Result<Fix, ScenarioError> {
+    let Some(names) = names else { return Ok(Fix::ALL) };
+    let holds = |name: ComponentName| names.contains(&name);
+    if names.is_empty() {
+        return Err(doc.error(
+            path,
+            "holds no component; allowed: \"x\", \"y\", \"z\", at least one, or \"normal\" alone",
+            "list the components, or remove the key to hold all three",
+        ));
+    }
+    if holds(ComponentName::Normal) {
+        if names.iter().any(|n| *n != ComponentName::Normal) {
+            return Err(doc.error(
+                path,
+                "holds the normal component and others; \"normal\" stands alone",
+                "name the components along the axes, or write a second boundary",
+            ));
+        }
+        return Ok(Fix::Normal);
+    }
+    Ok(Fix::Components([ComponentName::X, ComponentName::Y, ComponentName::Z].map(holds)))
 }
 
 fn motion_of(doc: &Document, path: &KeyPath, table: &MotionTable) -> Result<Motion, ScenarioError> {

@@ -69,7 +69,7 @@ fn parameters(setup: &Setup) -> Vec<Parameter> {
     match &setup.mechanics {
         Mechanics::Solid => {
             rows.push(Parameter::new("formulation", formulation, ""));
-            rows.push(Parameter::number("hourglass weight", setup.solver.hourglass, "1"));
+            rows.push(Parameter::number("hourglass term, times its default", setup.solver.hourglass, "1"));
         }
         Mechanics::Prescribed(p) => {
             rows.push(Parameter::new("motion", "prescribed velocity", ""));

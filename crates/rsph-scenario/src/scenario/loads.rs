@@ -3,7 +3,7 @@
 //! The entries of a list are told apart by their `kind`; which other keys belong to a kind is
 //! checked when the tables are lowered, so that a message can name the key and its line.
 
-use super::region::{AxisName, RegionTable};
+use super::region::RegionTable;
 use super::values::CentreValue;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -20,10 +20,25 @@ pub struct BoundaryTable {
     pub kind: BoundaryKind,
     /// Where.
     pub region: RegionTable,
-    /// Components that are held: rollers and symmetry planes hold the normal one. Default: all.
-    pub fix: Option<Vec<AxisName>>,
+    /// Components that are held; `normal`, alone: the one along the normal of the surface, for rollers and planes of symmetry.
+    /// Default: all.
+    pub fix: Option<Vec<ComponentName>>,
     /// How it moves; for kind "prescribed".
     pub motion: Option<MotionTable>,
+}
+
+/// A component of the displacement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ComponentName {
+    /// Along x.
+    X,
+    /// Along y.
+    Y,
+    /// Along z.
+    Z,
+    /// Along the normal of the surface.
+    Normal,
 }
 
 /// What happens at a boundary.

@@ -23,7 +23,9 @@ pub use error::ScenarioError;
 pub(crate) use explain::{remedy_at, suggestion};
 pub use keypath::KeyPath;
 pub use label_map::{AxesName, LabelMapTable, LabelMapValue};
-pub use loads::{BoundaryKind, BoundaryTable, LoadKindName, LoadTable, MotionTable, RampTable};
+pub use loads::{
+    BoundaryKind, BoundaryTable, ComponentName, LoadKindName, LoadTable, MotionTable, RampTable,
+};
 pub use material::MaterialTable;
 pub use region::{AxisName, RegionTable, SideName};
 pub use tables::{

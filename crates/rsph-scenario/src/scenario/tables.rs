@@ -257,7 +257,8 @@ pub struct SolverTable {
     /// Smoothing length h in spacings dx. Default: 0.8 for a solid of small strain in the formulation
     /// "adjoint", else 1.25 as in the paper.
     pub smoothing: Option<f64>,
-    /// Weight of the hourglass term; 0 switches it off. Default: 0.4; 0.2 for a material for large strain.
+    /// Modulus of the hourglass term, which suppresses zigzags of single particles, as a multiple of its default; 0 switches it
+    /// off. Default: 1.
     pub hourglass: Option<f64>,
 }
 

@@ -90,7 +90,7 @@ struct Organ {
     what: &'static str,
     scenario: (&'static str, &'static str),
     edits: Vec<String>,
-    /// Whether it has the smoothing and hourglass weight that suit it best, not the paper's.
+    /// Whether it has the smoothing that suits it best, not the paper's.
     accurate: bool,
 }
 
@@ -104,7 +104,7 @@ pub(super) fn run(quick: bool, folder: &Path) -> Result<Vec<Row>, String> {
         organs.push(organ("built-in liver", LIVER_LOAD_TRANSIENT, vec![]));
         if liver::is_there() {
             let mut edits = liver::edits(1000);
-            edits.extend(["solver.smoothing=0.8", "solver.hourglass=0.4"].map(String::from));
+            edits.push("solver.smoothing=0.8".into());
             organs.push(Organ { accurate: true, ..organ("real liver", LIVER_VISIBLE_HUMAN, edits) });
         }
     }

@@ -11,7 +11,7 @@ use rsph_core::material::NeoHookean;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Initial, Load, Mechanics, Motion, Ramp, Remesh, Setup, Solver, TimeStep, Units,
+    Boundary, Fix, Initial, Load, Mechanics, Motion, Ramp, Remesh, Setup, Solver, TimeStep, Units,
 };
 use rsph_core::shape::Shape;
 use rsph_core::tensor::Vec3;
@@ -66,7 +66,7 @@ fn beyond(axis: Axis, at: f64, side: Side) -> Region {
 fn held(region: Region, displacement: Option<Vec3>) -> Boundary {
     let ramp = Ramp { from: 0.0, to: 1.0 };
     let motion = displacement.map(|displacement| Motion::Ramp { displacement, ramp });
-    Boundary { region, fix: [true; 3], motion }
+    Boundary { region, fix: Fix::ALL, motion }
 }
 
 /// The sampled body of a set-up.

@@ -7,7 +7,8 @@ use std::path::Path;
 
 pub(super) fn run(_quick: bool, folder: &Path) -> Result<Vec<Row>, String> {
     let until = || "time.until=1".to_string();
-    let literal = history(TENSILE_LIVER, &["solver.formulation=paper".into(), until()])?;
+    let literal =
+        history(TENSILE_LIVER, &["solver.formulation=paper".into(), "time.dt=0.001".into(), until()])?;
     let adjoint = history(TENSILE_LIVER, &[until()])?;
     let mut figure =
         Figure::new("The paper to the letter is unstable: liver under tension", "time", "extension");

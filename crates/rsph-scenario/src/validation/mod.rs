@@ -23,6 +23,7 @@ mod render;
 pub mod report;
 mod row;
 mod series;
+mod surfaces;
 mod tensile;
 
 pub use row::Row;
@@ -85,6 +86,12 @@ pub const CASES: &[Case] = &[
         "Fig. 4: a fluid beside a solid; a fine reference, three ALE schemes, sound",
         "the paper (0.04), a prototype (ALE), issue 4",
         fsi_1d::run,
+    ),
+    case(
+        "surfaces",
+        "curved, cut and oblique surfaces, nu up to 0.499; exact solutions, finite elements",
+        "issue 15",
+        surfaces::run,
     ),
     case(
         "tensile",

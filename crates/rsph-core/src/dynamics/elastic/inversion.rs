@@ -2,15 +2,17 @@
 //! not notice.
 
 use super::Elastic;
+use super::sweeps::undeformed;
 use crate::ops::PAIR_COMPONENTS;
 use crate::tensor::Mat3;
 
 impl Elastic {
     /// The smallest det F, and the particle that has it, at time `t` with the displacement `u`.
     pub fn smallest_jacobian(&mut self, t: f64, u: &[f64]) -> Option<(usize, f64)> {
-        self.mirror.offsets(&mut self.work.offset, |m| m.displacement(t));
+        self.lift.set_targets(|m| m.displacement(t), |m| m.velocity(t));
         self.spread(u, None);
-        self.visit_gradient(|g| {
+        self.visit_sums(|body, a, sums, _| {
+            let g = undeformed(body.stretch, a, &sums.gradient);
             let mut out = [0.0; PAIR_COMPONENTS];
             out[0] = (Mat3::identity() + g).determinant();
             out

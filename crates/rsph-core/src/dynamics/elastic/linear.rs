@@ -1,13 +1,13 @@
 //! The stress sweep of a linear material: as many particles at once as a vector register holds.
 
-use super::{Elastic, Spread};
-use crate::boundary::mirror::Mirror;
+use super::correction::{Correction, PLACES, ROW};
+use super::{Elastic, Workspace};
 use crate::lattice::Lattice;
 use crate::material::Tangent;
 use crate::moments::Moments;
-use crate::ops::{self, PAIR_COMPONENTS, Pointwise};
+use crate::ops::{self, PAIR_COMPONENTS, Pointwise, SIDE_COMPONENTS, Side};
 use crate::tensor::{Mat3, SymTensor, Vec3};
-use crate::tiles::{LANES, Tile};
+use crate::tiles::{LANES, Tile, Tiles};
 use pulp::Simd;
 use rayon::prelude::*;
 
@@ -15,7 +15,7 @@ use rayon::prelude::*;
 /// sum V_b w X / V and sum V_b w / V.
 const CONSTANTS: usize = 11;
 /// Place of L_ij among the six of a symmetric tensor.
-const SYM: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
+pub(super) const SYM: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
 
 /// Constants of the sweep, as a tiled field.
 #[derive(Clone, Debug)]
@@ -25,8 +25,6 @@ pub(super) struct Constants {
     /// Which of them every tile has; 0 is that of full neighbourhoods, where first moments vanish and L is a
     /// number.
     kind: Vec<u32>,
-    /// Tiles in which a particle sees a mirror ghost.
-    near_wall: Vec<bool>,
     bulk: Bulk,
 }
 
@@ -40,13 +38,15 @@ struct Bulk {
     zeroth: f64,
 }
 
-/// Constants of a particle with these moments, which some sum sees.
+/// Constants of a particle with these moments.
 fn packed(m: &Moments) -> [f64; CONSTANTS] {
     let l = SymTensor::symmetric_part(&m.correction).0;
     let first = m.first / m.volume;
     [m.volume, l[0], l[1], l[2], l[3], l[4], l[5], first.x, first.y, first.z, m.zeroth / m.volume]
 }
 
+/// Tiles that one task spreads.
+const TILES_A_TASK: usize = 128;
 /// Share by which the constants of a full neighbourhood may differ from those of the lattice.
 const ROUNDING: f64 = 1e-12;
 
@@ -71,14 +71,10 @@ impl Bulk {
 }
 
 impl Constants {
-    /// Of particles with these volumes, those that no sum sees without.
-    pub(super) fn new(lattice: &Lattice, volume: &[f64], mirror: &Mirror) -> Self {
+    /// Of particles with these volumes.
+    pub(super) fn new(lattice: &Lattice, volume: &[f64]) -> Self {
         let tiles = &lattice.tiles;
         let bulk = Bulk::new(lattice);
-        let mut near_wall = vec![false; tiles.len()];
-        for a in (0..lattice.len()).filter(|a| mirror.has_ghosts(*a)) {
-            near_wall[tiles.place(a).0] = true;
-        }
         let of_tiles: Vec<_> = (0..tiles.len())
             .into_par_iter()
             .map(|t| {
@@ -86,12 +82,10 @@ impl Constants {
                 let mut inside = mask == u8::MAX;
                 let mut constants = Box::new([Tile::default(); CONSTANTS]);
                 for (a, lane) in (first..).zip((0..LANES).filter(|l| mask >> l & 1 == 1)) {
-                    let m = Moments::new(lattice, volume, mirror, a);
+                    let m = Moments::new(lattice, volume, a);
                     inside &= bulk.fits(&m, lattice.spacing);
-                    if m.volume > 0.0 {
-                        for (tile, constant) in constants.iter_mut().zip(packed(&m)) {
-                            tile.0[lane] = constant;
-                        }
+                    for (tile, constant) in constants.iter_mut().zip(packed(&m)) {
+                        tile.0[lane] = constant;
                     }
                 }
                 (!inside).then_some(constants)
@@ -106,7 +100,7 @@ impl Constants {
             kind.push(constants.as_ref().map_or(0, |_| (values.len() / CONSTANTS) as u32));
             values.extend(constants.iter().flat_map(|c| c.iter()));
         }
-        Self { values, kind, near_wall, bulk }
+        Self { values, kind, bulk }
     }
 
     /// Moments of the particle in that lane of tile `t`.
@@ -137,71 +131,42 @@ impl Constants {
         &self.of(t)[0].0
     }
 
-    /// Whether a particle of tile `t` sees a mirror ghost.
+    /// L, sum V_b w X / V and V in the lanes from `lane` on of a tile.
     #[inline(always)]
-    pub(super) fn near_wall(&self, t: usize) -> bool {
-        self.near_wall[t]
+    pub(super) fn gradient_constants<S: Simd>(
+        &self,
+        simd: S,
+        tile: usize,
+        lane: usize,
+    ) -> ([S::f64s; 6], [S::f64s; 3], S::f64s) {
+        let values = self.of(tile);
+        let mut constant = [simd.splat_f64s(0.0); 10];
+        for (constant, value) in constant.iter_mut().zip(values) {
+            *constant = ops::load(simd, &value.0, lane);
+        }
+        let [volume, l0, l1, l2, l3, l4, l5, x, y, z] = constant;
+        ([l0, l1, l2, l3, l4, l5], [x, y, z], volume)
     }
 }
 
 /// From sums to T_a and the part of the force that needs no neighbour's T.
 struct LinearStress<'a> {
     constants: &'a Constants,
-    mirror: &'a Mirror,
+    correction: &'a Correction,
     tangent: &'a Tangent,
     /// Whether no shear strain goes with a normal stress or with another shear stress.
     decoupled: bool,
     kappa: f64,
-    spread: Spread<'a>,
-    offset: &'a [Vec3],
-    /// Whether the sums of the lattice lack something of the ghosts.
-    lacking: bool,
-}
-
-impl LinearStress<'_> {
-    /// Adds what the mirror ghosts of the particles in the lanes from `lane` on put into their sums.
-    #[inline(never)]
-    fn add_ghosts<S: Simd>(&self, tile: usize, lane: usize, sums: &mut [S::f64s; PAIR_COMPONENTS]) {
-        let mut lanes = [[0.0; LANES]; PAIR_COMPONENTS];
-        let (mut a, mask) = self.spread.tiles.particles(tile);
-        for l in (0..LANES).filter(|l| mask >> l & 1 == 1) {
-            for ghost in self.mirror.ghosts_of(a) {
-                let z = self.spread.lacking(self.mirror, &ghost, self.offset)
-                    * (self.spread.volume(ghost.partner as usize) * ghost.w);
-                for i in 0..3 {
-                    for j in 0..3 {
-                        lanes[3 * i + j][l] += z[i] * ghost.x[j];
-                    }
-                    lanes[9 + i][l] += z[i];
-                }
-            }
-            a += 1;
-        }
-        for (sum, lanes) in sums.iter_mut().zip(&lanes) {
-            let mut together = [0.0; LANES];
-            S::as_mut_simd_f64s(&mut together[..S::F64_LANES]).0[0] = *sum;
-            for (t, l) in together.iter_mut().zip(&lanes[lane..lane + S::F64_LANES]) {
-                *t += l;
-            }
-            *sum = S::as_simd_f64s(&together[..S::F64_LANES]).0[0];
-        }
-    }
+    q: &'a [Tile],
+    /// Strain lifted from held faces, on the rows of the correction; empty if there is none.
+    lifted: &'a [Tile],
 }
 
 // No closures in what follows: they would not inherit the instruction set.
 impl LinearStress<'_> {
-    /// V sigma of the gradient G, Eq. (5).
+    /// V sigma of a strain, Eq. (5).
     #[inline(always)]
-    fn stress<S: Simd>(&self, simd: S, g: &[[S::f64s; 3]; 3], volume: S::f64s) -> [S::f64s; 6] {
-        let half = simd.splat_f64s(0.5);
-        let strain = [
-            g[0][0],
-            g[1][1],
-            g[2][2],
-            simd.mul_f64s(half, simd.add_f64s(g[0][1], g[1][0])),
-            simd.mul_f64s(half, simd.add_f64s(g[1][2], g[2][1])),
-            simd.mul_f64s(half, simd.add_f64s(g[0][2], g[2][0])),
-        ];
+    fn stress<S: Simd>(&self, simd: S, strain: [S::f64s; 6], volume: S::f64s) -> [S::f64s; 6] {
         let mut sigma = [simd.splat_f64s(0.0); 6];
         if self.decoupled {
             for k in 0..3 {
@@ -235,14 +200,14 @@ impl LinearStress<'_> {
                 g[i][j] = simd.mul_f64s(sums[3 * i + j], l);
             }
         }
-        let sigma = self.stress(simd, &g, simd.splat_f64s(volume * correction));
+        let sigma = self.stress(simd, symmetric(simd, &g), simd.splat_f64s(volume * correction));
         let stiff = simd.splat_f64s(self.kappa * volume);
         let (twice, zeroth) = (simd.splat_f64s(2.0 * self.kappa * volume), simd.splat_f64s(zeroth));
         for i in 0..3 {
             for j in 0..3 {
                 sums[3 * i + j] = simd.negate_mul_add_e_f64s(stiff, g[i][j], sigma[SYM[i][j]]);
             }
-            let q = ops::load(simd, &self.spread.q[tile * 3 + i].0, lane);
+            let q = ops::load(simd, &self.q[tile * 3 + i].0, lane);
             sums[9 + i] = simd.mul_f64s(twice, simd.negate_mul_add_e_f64s(q, zeroth, sums[9 + i]));
         }
     }
@@ -250,39 +215,64 @@ impl LinearStress<'_> {
 
 impl Pointwise for LinearStress<'_> {
     #[inline(always)]
-    fn transform<S: Simd>(&self, simd: S, tile: usize, lane: usize, sums: &mut [S::f64s; PAIR_COMPONENTS]) {
-        let lacking = self.lacking && self.constants.near_wall[tile];
-        if self.constants.kind[tile] == 0 && !lacking {
+    fn transform<S: Simd>(
+        &self,
+        simd: S,
+        tile: usize,
+        lane: usize,
+        sums: &mut [S::f64s; PAIR_COMPONENTS],
+        side: &mut [Tile],
+    ) {
+        if self.constants.kind[tile] == 0 && side.is_empty() {
             self.inside(simd, tile, lane, sums);
             return;
         }
-        let mut constant = [simd.splat_f64s(0.0); CONSTANTS];
-        let values = self.constants.of(tile);
-        for (constant, value) in constant.iter_mut().zip(values) {
-            *constant = ops::load(simd, &value.0, lane);
-        }
-        let [volume, l0, l1, l2, l3, l4, l5, first_x, first_y, first_z, zeroth] = constant;
-        let (l, first) = ([l0, l1, l2, l3, l4, l5], [first_x, first_y, first_z]);
+        let (l, first, volume) = self.constants.gradient_constants(simd, tile, lane);
+        let zeroth = ops::load(simd, &self.constants.of(tile)[10].0, lane);
+        let mut q = [volume; 3];
         for i in 0..3 {
-            let q = ops::load(simd, &self.spread.q[tile * 3 + i].0, lane);
+            q[i] = ops::load(simd, &self.q[tile * 3 + i].0, lane);
             for j in 0..3 {
-                sums[3 * i + j] = simd.negate_mul_add_e_f64s(q, first[j], sums[3 * i + j]);
+                sums[3 * i + j] = simd.negate_mul_add_e_f64s(q[i], first[j], sums[3 * i + j]);
             }
-            sums[9 + i] = simd.negate_mul_add_e_f64s(q, zeroth, sums[9 + i]);
-        }
-        if lacking {
-            self.add_ghosts::<S>(tile, lane, sums);
+            sums[9 + i] = simd.negate_mul_add_e_f64s(q[i], zeroth, sums[9 + i]);
         }
         let mut g = [[volume; 3]; 3]; // G = H L
         for i in 0..3 {
             g[i] = times(simd, [sums[3 * i], sums[3 * i + 1], sums[3 * i + 2]], &l);
         }
-        let sigma = self.stress(simd, &g, volume);
+        let mut strain = symmetric(simd, &g);
+        let number = if side.is_empty() { None } else { self.correction.rows.number(tile) };
+        let row = number.map(|n| &self.correction.constants[ROW * n..][..ROW]);
+        if let (Some(row), Some(number)) = (row, number) {
+            correct(simd, (row, lane), [&sums[..9], &sums[9..], &q], side, &mut strain);
+            if !self.lifted.is_empty() {
+                for (strain, lifted) in strain.iter_mut().zip(&self.lifted[SIDE_COMPONENTS * number..]) {
+                    *strain = simd.add_f64s(*strain, ops::load(simd, &lifted.0, lane));
+                }
+            }
+        }
+        let sigma = self.stress(simd, strain, volume);
         let stiff = simd.mul_f64s(simd.splat_f64s(self.kappa), volume);
         let twice = simd.add_f64s(stiff, stiff);
         for i in 0..3 {
-            let t = times(simd, [sigma[SYM[i][0]], sigma[SYM[i][1]], sigma[SYM[i][2]]], &l);
-            let mut own = simd.splat_f64s(0.0);
+            let sigma = [sigma[SYM[i][0]], sigma[SYM[i][1]], sigma[SYM[i][2]]];
+            let mut t = times(simd, sigma, &l);
+            let mut beside = simd.splat_f64s(0.0);
+            if let Some(row) = row {
+                // T = Q (L - z Gamma), and z Q (S[V gamma] - S[V] gamma) on the row itself.
+                for c in 0..3 {
+                    let gamma = ops::load(simd, &row[1 + c].0, lane);
+                    let sum = ops::load(simd, &row[4 + c].0, lane);
+                    let own = simd.negate_mul_add_e_f64s(gamma, zeroth, sum);
+                    beside = simd.mul_add_e_f64s(sigma[c], own, beside);
+                    for (j, t) in t.iter_mut().enumerate() {
+                        let slope = ops::load(simd, &row[7 + 3 * c + j].0, lane);
+                        *t = simd.negate_mul_add_e_f64s(sigma[c], slope, *t);
+                    }
+                }
+            }
+            let mut own = beside;
             for j in 0..3 {
                 let t = simd.negate_mul_add_e_f64s(stiff, g[i][j], t[j]);
                 sums[3 * i + j] = t;
@@ -290,12 +280,64 @@ impl Pointwise for LinearStress<'_> {
             }
             sums[9 + i] = simd.mul_add_e_f64s(own, volume, simd.mul_f64s(twice, sums[9 + i]));
         }
+        for (side, sigma) in side.iter_mut().zip(sigma) {
+            S::as_mut_simd_f64s(&mut side.0[lane..lane + S::F64_LANES]).0[0] = sigma;
+        }
     }
+}
+
+/// Adds what the correction and held faces add to the strain of a row, to `side` as far as neighbours decide it;
+/// `a` and `laplacian` are sum V_b w (z_b - z_a) (x) X and sum V_b w (z_b - z_a), `q` is V z.
+#[inline(always)]
+fn correct<S: Simd>(
+    simd: S,
+    (row, lane): (&[Tile], usize),
+    [a, laplacian, q]: [&[S::f64s]; 3],
+    side: &[Tile],
+    strain: &mut [S::f64s; 6],
+) {
+    let constant = |c: usize| ops::load(simd, &row[c].0, lane);
+    let z = constant(0);
+    let half = simd.splat_f64s(0.5);
+    // D_ki = S[V u_k gamma_i] - Laplacian_k gamma_i - u_k S[V gamma_i] - A_kj Gamma_ij
+    let mut d = [[z; 3]; 3];
+    for i in 0..3 {
+        let (gamma, zeroth) = (constant(1 + i), constant(4 + i));
+        let slope = [constant(7 + 3 * i), constant(8 + 3 * i), constant(9 + 3 * i)];
+        for k in 0..3 {
+            let mut sum = simd.mul_f64s(laplacian[k], gamma);
+            sum = simd.mul_add_e_f64s(q[k], zeroth, sum);
+            for j in 0..3 {
+                sum = simd.mul_add_e_f64s(a[3 * k + j], slope[j], sum);
+            }
+            d[k][i] = sum;
+        }
+    }
+    for c in 0..6 {
+        let (i, j) = PLACES[c];
+        let own = if i == j { d[i][i] } else { simd.mul_f64s(half, simd.add_f64s(d[i][j], d[j][i])) };
+        let neighbours = simd.mul_f64s(z, ops::load(simd, &side[c].0, lane));
+        strain[c] = simd.add_f64s(strain[c], simd.sub_f64s(neighbours, own));
+    }
+}
+
+/// The symmetric part of a matrix.
+#[inline(always)]
+fn symmetric<S: Simd>(simd: S, g: &[[S::f64s; 3]; 3]) -> [S::f64s; 6] {
+    let half = simd.splat_f64s(0.5);
+    [
+        g[0][0],
+        g[1][1],
+        g[2][2],
+        simd.mul_f64s(half, simd.add_f64s(g[0][1], g[1][0])),
+        simd.mul_f64s(half, simd.add_f64s(g[1][2], g[2][1])),
+        simd.mul_f64s(half, simd.add_f64s(g[0][2], g[2][0])),
+    ]
 }
 
 /// The row vector `a` times the symmetric tensor `l`.
 #[inline(always)]
-fn times<S: Simd>(simd: S, a: [S::f64s; 3], l: &[S::f64s; 6]) -> [S::f64s; 3] {
+pub(super) fn times<S: Simd>(simd: S, a: [S::f64s; 3], l: &[S::f64s; 6]) -> [S::f64s; 3] {
     let mut product = a;
     for (j, product) in product.iter_mut().enumerate() {
         let sum = simd.mul_f64s(a[0], l[SYM[0][j]]);
@@ -308,17 +350,60 @@ fn times<S: Simd>(simd: S, a: [S::f64s; 3], l: &[S::f64s; 6]) -> [S::f64s; 3] {
 impl Elastic {
     /// [`Elastic::stress_sweep`] for a linear material.
     pub(super) fn linear_stress_sweep(&mut self, tangent: &Tangent) {
-        let work = &mut self.work;
+        let Workspace { q, pair, side, lifted, .. } = &mut self.work;
         let pointwise = LinearStress {
             constants: &self.constants,
-            mirror: &self.mirror,
+            correction: &self.correction,
             tangent,
             decoupled: (0..6).all(|k| (0..6).all(|j| k == j || (k < 3 && j < 3) || tangent.0[k][j] == 0.0)),
             kappa: self.hourglass,
-            spread: Spread { tiles: &self.lattice.tiles, q: &work.q, constants: &self.constants },
-            offset: &work.offset,
-            lacking: self.mirror.has_others() || work.offset.iter().any(|o| *o != Vec3::zeros()),
+            q,
+            lifted,
         };
-        ops::gradient_sums(&self.lattice, self.mirror.folds(), &work.q, &mut work.pair, &pointwise);
+        let side = (!side.is_empty()).then_some(Side { part: &self.correction.rows, values: side });
+        ops::gradient_sums(&self.lattice, None, q, pair, side, &pointwise);
     }
+}
+
+/// Spreads V (u + T v) over the tiles, of fields component by component; v with T, if it is there.
+pub(super) fn scatter(
+    tiles: &Tiles,
+    constants: &Constants,
+    u: &[f64],
+    v: Option<(&[f64], f64)>,
+    q: &mut [Tile],
+) {
+    let n = u.len() / 3;
+    q.par_chunks_mut(3).with_min_len(TILES_A_TASK).enumerate().for_each(|(t, q)| {
+        let (a, mask) = tiles.particles(t);
+        let volume = constants.volume(t);
+        let count = mask.count_ones() as usize;
+        for (i, q) in q.iter_mut().enumerate() {
+            let here = i * n + a..i * n + a + count;
+            let mut z = [0.0; LANES];
+            z[..count].copy_from_slice(&u[here.clone()]);
+            if let Some((v, relaxation_time)) = v {
+                for (z, v) in z.iter_mut().zip(&v[here]) {
+                    *z += relaxation_time * v;
+                }
+            }
+            if mask == u8::MAX {
+                for l in 0..LANES {
+                    q.0[l] = z[l] * volume[l];
+                }
+            } else if count > 0 && mask >> mask.trailing_zeros() == u8::MAX >> (LANES - count) {
+                // Neighbouring lanes; V is zero in the others.
+                let mut shifted = [0.0; 2 * LANES];
+                let first = mask.trailing_zeros() as usize;
+                shifted[first..first + LANES].copy_from_slice(&z);
+                for l in 0..LANES {
+                    q.0[l] = shifted[l] * volume[l];
+                }
+            } else {
+                q.0 = [0.0; LANES];
+                let occupied = (0..LANES).filter(|l| mask >> l & 1 == 1);
+                occupied.zip(z).for_each(|(l, z)| q.0[l] = z * volume[l]);
+            }
+        }
+    });
 }

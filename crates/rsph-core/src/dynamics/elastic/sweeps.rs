@@ -1,17 +1,13 @@
 //! The two sweeps of the adjoint formulation: gradient and stress, then the adjoint of the gradient.
 
-use super::linear::Constants;
+use super::correction::{Correction, FORCE_SUMS, ForceSource, Row, StrainSource};
+use super::linear::{Constants, SYM, scatter};
 use super::{Elastic, Workspace};
-use crate::boundary::mirror::{Ghost, Mirror};
 use crate::moments::Moments;
-use crate::ops::{self, PAIR_COMPONENTS, Plain};
+use crate::ops::{self, EachParticle, PAIR_COMPONENTS, SIDE_COMPONENTS, Side};
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use crate::tiles::{LANES, Tile, Tiles};
-use rayon::prelude::*;
 use std::ops::Range;
-
-/// Tiles that one task spreads.
-const TILES_A_TASK: usize = 128;
 
 /// A field z that was spread over the tiles as V z.
 #[derive(Clone, Copy)]
@@ -22,13 +18,6 @@ pub(super) struct Spread<'a> {
 }
 
 impl Spread<'_> {
-    /// V of a particle; zero for one that no sum sees.
-    #[inline(always)]
-    pub(super) fn volume(&self, a: usize) -> f64 {
-        let (t, lane) = self.tiles.place(a);
-        self.constants.volume(t)[lane]
-    }
-
     /// Moments of a particle.
     #[inline(always)]
     pub(super) fn moments(&self, a: usize) -> Moments {
@@ -36,102 +25,99 @@ impl Spread<'_> {
         self.constants.moments(t, lane)
     }
 
-    /// z of a particle; zero for one that no sum sees.
+    /// z of a particle.
     #[inline(always)]
     pub(super) fn value(&self, a: usize) -> Vec3 {
         let (t, lane) = self.tiles.place(a);
-        let volume = self.constants.volume(t)[lane];
-        let inverse = if volume > 0.0 { 1.0 / volume } else { 0.0 };
+        let inverse = 1.0 / self.constants.volume(t)[lane];
         Vec3::from_fn(|i, _| self.q[t * 3 + i].0[lane] * inverse)
-    }
-
-    /// z of a ghost.
-    #[inline(always)]
-    pub(super) fn ghost(&self, ghost: &Ghost, offset: &[Vec3]) -> Vec3 {
-        ghost.sign.component_mul(&self.value(ghost.partner as usize)) + offset[ghost.group as usize]
-    }
-
-    /// z of a ghost as far as the sums of the lattice lack it.
-    #[inline(always)]
-    pub(super) fn lacking(&self, mirror: &Mirror, ghost: &Ghost, offset: &[Vec3]) -> Vec3 {
-        if mirror.is_folded(ghost) { offset[ghost.group as usize] } else { self.ghost(ghost, offset) }
     }
 }
 
 /// The sums of a field z at a particle a.
 pub(super) struct Sums {
-    /// G_a = `first` L_a, on the lattice.
+    /// G_a = `first` L_a, on the lattice, without the correction near the surface.
     pub(super) gradient: Mat3,
+    /// The strain of the field in the undeformed body, Eqs. (10), (13), corrected.
+    pub(super) strain: SymTensor,
     /// sum V_b w (z_b - z_a) (x) X.
     pub(super) first: Mat3,
     /// sum V_b w (z_b - z_a).
     pub(super) laplacian: Vec3,
     pub(super) moments: Moments,
+    /// z_a.
+    pub(super) value: Vec3,
+    /// Constants of the correction, where there is one.
+    pub(super) row: Option<Row>,
 }
 
 /// What the gradient of a field that was spread depends on.
 pub(super) struct Body<'a> {
-    pub(super) mirror: &'a Mirror,
     pub(super) stretch: &'a [Mat3],
     pub(super) spread: Spread<'a>,
-    pub(super) offset: &'a [Vec3],
+    pub(super) correction: &'a Correction,
+    pub(super) lifted: &'a [Tile],
 }
 
 impl Body<'_> {
     /// Completes the lattice sums of particle a to G_a = sum V_b w (z_b - z_a) (x) L_a X, Eqs. (10),
-    /// (13), and to the Laplacian sum V_b w (z_b - z_a).
+    /// (13), to the Laplacian sum V_b w (z_b - z_a) and to the strain; `beside` are the sums of the correction.
     #[inline(always)]
-    fn complete(&self, a: usize, h: &Mat3, q: &Vec3) -> Sums {
-        let m = self.spread.moments(a);
-        let z_a = self.spread.value(a);
-        let (mut h, mut q) = (h - z_a * m.first.transpose(), q - z_a * m.zeroth);
-        for ghost in self.mirror.ghosts_of(a) {
-            let vw_z = self.spread.lacking(self.mirror, &ghost, self.offset)
-                * (self.spread.volume(ghost.partner as usize) * ghost.w);
-            h += vw_z * ghost.x.transpose();
-            q += vw_z;
+    fn complete(&self, a: usize, h: &Mat3, q: &Vec3, beside: &[f64; SIDE_COMPONENTS]) -> Sums {
+        let (t, lane) = self.spread.tiles.place(a);
+        let m = self.spread.constants.moments(t, lane);
+        let value = self.spread.value(a);
+        let (first, laplacian) = (h - value * m.first.transpose(), q - value * m.zeroth);
+        let gradient = first * m.correction;
+        let mut strain = SymTensor::symmetric_part(&undeformed(self.stretch, a, &gradient));
+        let mut row = None;
+        if let Some(number) = self.correction.rows.number(t) {
+            row = self.correction.row(t, lane, m.volume);
+            if let Some(row) = &row {
+                let own = laplacian * row.gamma.transpose()
+                    + value * row.zeroth.transpose()
+                    + first * row.slope.transpose();
+                strain = strain + SymTensor(*beside) + SymTensor::symmetric_part(&own) * -1.0;
+            }
+            if !self.lifted.is_empty() {
+                let lifted = &self.lifted[SIDE_COMPONENTS * number..][..SIDE_COMPONENTS];
+                strain = strain + SymTensor(std::array::from_fn(|c| lifted[c].0[lane]));
+            }
         }
-        Sums { gradient: h * m.correction, first: h, laplacian: q, moments: m }
+        Sums { gradient, strain, first, laplacian, moments: m, value, row }
     }
 }
 
 impl Elastic {
-    /// Prepares V_b z_b of the field z = u + T v, whose gradient is the effective strain of Eq. (5).
+    /// Prepares V_b z_b of the field z = u + T v, whose gradient is the effective strain of Eq. (5), and what held faces
+    /// and the correction near the surface make of it.
     pub(super) fn spread(&mut self, u: &[f64], v: Option<(&[f64], f64)>) {
         let n = self.len();
-        let (tiles, constants) = (&self.lattice.tiles, &self.constants);
-        self.work.q.par_chunks_mut(3).with_min_len(TILES_A_TASK).enumerate().for_each(|(t, q)| {
-            let (a, mask) = tiles.particles(t);
-            let volume = constants.volume(t);
-            let count = mask.count_ones() as usize;
-            for (i, q) in q.iter_mut().enumerate() {
-                let here = i * n + a..i * n + a + count;
-                let mut z = [0.0; LANES];
-                z[..count].copy_from_slice(&u[here.clone()]);
-                if let Some((v, relaxation_time)) = v {
-                    for (z, v) in z.iter_mut().zip(&v[here]) {
-                        *z += relaxation_time * v;
-                    }
-                }
-                if mask == u8::MAX {
-                    for l in 0..LANES {
-                        q.0[l] = z[l] * volume[l];
-                    }
-                } else if count > 0 && mask >> mask.trailing_zeros() == u8::MAX >> (LANES - count) {
-                    // Neighbouring lanes; V is zero in the others.
-                    let mut shifted = [0.0; 2 * LANES];
-                    let first = mask.trailing_zeros() as usize;
-                    shifted[first..first + LANES].copy_from_slice(&z);
-                    for l in 0..LANES {
-                        q.0[l] = shifted[l] * volume[l];
-                    }
-                } else {
-                    q.0 = [0.0; LANES];
-                    let occupied = (0..LANES).filter(|l| mask >> l & 1 == 1);
-                    occupied.zip(z).for_each(|(l, z)| q.0[l] = z * volume[l]);
+        scatter(&self.lattice.tiles, &self.constants, u, v, &mut self.work.q);
+        let Workspace { q, side, lifted, .. } = &mut self.work;
+        if !self.lift.is_empty() {
+            let tiles = &self.lattice.tiles;
+            let value = |a: usize| {
+                let at = |i: usize| u[i * n + a] + v.map_or(0.0, |(v, t)| t * v[i * n + a]);
+                Vec3::new(at(0), at(1), at(2))
+            };
+            let constants = &self.constants;
+            self.lift.lift(value, |a| {
+                let (t, lane) = tiles.place(a);
+                constants.volume(t)[lane]
+            });
+            for (a, strain) in self.lift.particles().iter().zip(self.lift.strains()) {
+                let (t, lane) = tiles.place(*a as usize);
+                if let Some(number) = self.correction.rows.number(t) {
+                    let tiles = &mut lifted[SIDE_COMPONENTS * number..][..SIDE_COMPONENTS];
+                    tiles.iter_mut().zip(strain.0).for_each(|(tile, e)| tile.0[lane] = e);
                 }
             }
-        });
+        }
+        if !self.correction.is_empty() {
+            let source = StrainSource { correction: &self.correction, q };
+            ops::even_sums::<SIDE_COMPONENTS>(&self.lattice, &self.correction.rows, &source, side);
+        }
     }
 
     /// The field that was spread.
@@ -139,31 +125,33 @@ impl Elastic {
         Spread { tiles: &self.lattice.tiles, q: &self.work.q, constants: &self.constants }
     }
 
-    /// Leaves `visit(body, particle, sums)` of the field that was spread in the tiled field `pair`.
+    /// Leaves `visit(body, particle, sums, stress)` of the field that was spread in the tiled field `pair`, and what it
+    /// makes of `stress`, V sigma, where the second sweep wants it.
     pub(super) fn visit_sums(
         &mut self,
-        visit: impl Fn(&Body<'_>, usize, &Sums) -> [f64; PAIR_COMPONENTS] + Sync,
+        visit: impl Fn(&Body<'_>, usize, &Sums, &mut [f64; SIDE_COMPONENTS]) -> [f64; PAIR_COMPONENTS] + Sync,
     ) {
-        let Workspace { q, pair, offset, .. } = &mut self.work;
-        ops::gradient_sums(&self.lattice, self.mirror.folds(), q, pair, &Plain);
+        let Workspace { q, pair, side, lifted, .. } = &mut self.work;
         let tiles = &self.lattice.tiles;
         let body = Body {
-            mirror: &self.mirror,
             stretch: &self.stretch,
             spread: Spread { tiles, q, constants: &self.constants },
-            offset,
+            correction: &self.correction,
+            lifted,
         };
-        ops::per_particle(tiles, pair, |a, h, q| visit(&body, a, &body.complete(a, h, q)));
-    }
-
-    /// Gradient in the undeformed body of the field that was spread, through `visit(gradient) -> values`,
-    /// which end up in the tiled field `pair`.
-    pub(super) fn visit_gradient(&mut self, visit: impl Fn(&Mat3) -> [f64; PAIR_COMPONENTS] + Sync) {
-        self.visit_sums(|body, a, sums| visit(&undeformed(body.stretch, a, &sums.gradient)));
+        let each = EachParticle {
+            tiles,
+            function: |a, h: &Mat3, q: &Vec3, beside: &mut [f64; SIDE_COMPONENTS]| {
+                let sums = body.complete(a, h, q, beside);
+                visit(&body, a, &sums, beside)
+            },
+        };
+        let side = (!side.is_empty()).then_some(Side { part: &self.correction.rows, values: side });
+        ops::gradient_sums(&self.lattice, None, q, pair, side, &each);
     }
 
     /// From the field that was spread to T_a and the part of the force that needs no neighbour's T:
-    /// T_a = V_a (sigma_a F_a^T L_a - alpha (lambda + 2 mu) G_a), with F = d xi / d X and G on the lattice.
+    /// T_a = V_a (sigma_a (F_a^T L_a - z Gamma_a) - kappa G_a), with F = d xi / d X and G on the lattice.
     pub(super) fn stress_sweep(&mut self) {
         match self.tangent {
             Some(tangent) if self.stretch.is_empty() => self.linear_stress_sweep(&tangent),
@@ -174,15 +162,20 @@ impl Elastic {
     /// [`Self::stress_sweep`] for any material.
     fn general_stress_sweep(&mut self) {
         let (material, kappa) = (std::sync::Arc::clone(&self.material), self.hourglass);
-        self.visit_sums(|body, a, sums| {
-            let (g, m) = (&sums.gradient, &sums.moments);
-            let strain = SymTensor::symmetric_part(&undeformed(body.stretch, a, g));
-            let mut sigma = material.stress(strain).to_matrix(); // Eq. (5)
-            if let Some(f) = body.stretch.get(a) {
-                sigma *= f.transpose();
+        self.visit_sums(|body, a, sums, stress| {
+            let m = &sums.moments;
+            let sigma = material.stress(sums.strain); // Eq. (5)
+            *stress = sigma.0.map(|s| s * m.volume);
+            let sigma = sigma.to_matrix();
+            let stretched = body.stretch.get(a).map_or(sigma, |f| sigma * f.transpose());
+            let mut t = stretched * m.correction - sums.gradient * kappa;
+            let mut own = sums.laplacian * (2.0 * kappa * m.volume);
+            if let Some(row) = &sums.row {
+                t -= sigma * row.slope;
+                own += sigma * (row.zeroth - row.gamma * m.zeroth) * m.volume;
             }
-            let t = (sigma * m.correction - g * kappa) * m.volume;
-            let own = t * m.first + sums.laplacian * (2.0 * kappa * m.volume);
+            t *= m.volume;
+            own += t * m.first;
             let mut out = [0.0; PAIR_COMPONENTS];
             for i in 0..3 {
                 for j in 0..3 {
@@ -194,37 +187,49 @@ impl Elastic {
         });
     }
 
-    /// From T_a to the sums of the second sweep, the adjoint of the gradient.
+    /// From T_a and V sigma to the sums of the second sweep, the adjoint of the gradient.
     pub(super) fn adjoint_sweep(&mut self) {
-        let Workspace { q, pair, adjoint, .. } = &mut self.work;
-        let out = if adjoint.is_empty() { q } else { adjoint };
-        ops::adjoint_sums(&self.lattice, self.mirror.folds(), pair, out);
-    }
-
-    /// T of particle `a` after [`Self::stress_sweep`].
-    #[inline(always)]
-    fn pair_tensor(&self, a: usize) -> Mat3 {
-        let (t, lane) = self.lattice.tiles.place(a);
-        Mat3::from_fn(|i, j| self.work.pair[t * PAIR_COMPONENTS + 3 * i + j].0[lane])
+        let Workspace { q, pair, side, beside, .. } = &mut self.work;
+        ops::adjoint_sums(&self.lattice, None, pair, q);
+        if !self.correction.is_empty() {
+            let source = ForceSource { correction: &self.correction, stress: side };
+            ops::even_sums::<FORCE_SUMS>(&self.lattice, &self.correction.reach, &source, beside);
+        }
+        if !self.lift.is_empty() {
+            let (tiles, rows, constants) = (&self.lattice.tiles, &self.correction.rows, &self.constants);
+            self.lift.react(|a| {
+                let (t, lane) = tiles.place(a);
+                let volume = constants.volume(t)[lane];
+                let stress = rows.number(t).map_or(&[][..], |n| &side[SIDE_COMPONENTS * n..]);
+                SymTensor(std::array::from_fn(|c| stress.get(c).map_or(0.0, |s| s.0[lane] / volume)))
+            });
+        }
     }
 
     /// Internal forces on the particles from `first` on after both sweeps, Eq. (12) in adjoint form,
-    /// component by component; the share of them that comes from the walls, and the power of moving
-    /// walls.
+    /// component by component, those of held faces included.
     #[inline(always)]
-    pub(super) fn internal_forces(&self, first: usize, force: [&mut [f64]; 3]) -> (Vec3, f64) {
+    pub(super) fn internal_forces(&self, first: usize, force: [&mut [f64]; 3]) {
         let [fx, fy, fz] = force;
-        let mut power = 0.0;
-        let others = self.mirror.has_others();
-        let Workspace { q, adjoint, .. } = &self.work;
-        let sums = if adjoint.is_empty() { q } else { adjoint };
-        let moving = self.work.offset_rate.iter().any(|rate| *rate != Vec3::zeros());
+        let Workspace { q, beside, .. } = &self.work;
         self.lattice.tiles.for_each_run(first..first + fx.len(), |a, t, lane, count| {
             let at = a - first;
             let volume = self.constants.volume(t);
+            let corrected = (!beside.is_empty()).then(|| self.correction.reach.number(t)).flatten();
             for (i, f) in [&mut *fx, &mut *fy, &mut *fz].into_iter().enumerate() {
                 let own = &self.work.pair[t * PAIR_COMPONENTS + 9 + i].0;
-                let adjoint = &sums[t * 3 + i].0;
+                let mut adjoint = q[t * 3 + i].0;
+                if let Some(number) = corrected {
+                    // V (S[zQ gamma] - S[zQ] gamma)
+                    let sums = &beside[FORCE_SUMS * number..][..FORCE_SUMS];
+                    let gamma = &self.correction.gamma[3 * number..][..3];
+                    for l in 0..LANES {
+                        adjoint[l] += sums[SIDE_COMPONENTS + i].0[l];
+                        for j in 0..3 {
+                            adjoint[l] -= sums[SYM[i][j]].0[l] * gamma[j].0[l];
+                        }
+                    }
+                }
                 let f = &mut f[at..at + count];
                 if let Ok(f) = <&mut [f64; LANES]>::try_from(&mut *f) {
                     for l in 0..LANES {
@@ -236,54 +241,11 @@ impl Elastic {
                     }
                 }
             }
-            if others && self.constants.near_wall(t) {
-                for l in 0..count {
-                    let image = self.images(a + l);
-                    (fx[at + l], fy[at + l], fz[at + l]) =
-                        (fx[at + l] + image.x, fy[at + l] + image.y, fz[at + l] + image.z);
-                }
-            }
-            if moving && self.constants.near_wall(t) {
-                power += (a..a + count).map(|a| self.wall_power(a)).sum::<f64>();
-            }
         });
-        // Forces between particles have no resultant: what is left comes from the walls.
-        let wall = if self.mirror.is_empty() {
-            Vec3::zeros()
-        } else {
-            Vec3::new(fx.iter().sum(), fy.iter().sum(), fz.iter().sum())
-        };
-        (wall, power)
-    }
-
-    /// What the image of a ghost's partner puts on particle `a`: the partner's T, mirrored.
-    #[inline(always)]
-    fn image(&self, a: usize, ghost: &Ghost) -> Vec3 {
-        let t_b = self.pair_tensor(ghost.partner as usize);
-        let t_b_x = ghost.sign.component_mul(&(t_b * ghost.reflection.component_mul(&ghost.x)));
-        t_b_x * (self.spread_field().volume(a) * ghost.w)
-    }
-
-    /// What images that the sums of the lattice do not see put on particle `a`.
-    fn images(&self, a: usize) -> Vec3 {
-        let others = self.mirror.ghosts_of(a).filter(|g| !self.mirror.is_folded(g));
-        others.map(|ghost| self.image(a, &ghost)).sum()
-    }
-
-    /// Power of moving walls on particle `a`: a wall holds against the force on a ghost, and works when
-    /// the ghost moves.
-    fn wall_power(&self, a: usize) -> f64 {
-        let spread = self.spread_field();
-        let volume = spread.volume(a);
-        let z_a = spread.value(a);
-        let of_ghost = |ghost: Ghost| {
-            let v_b = spread.volume(ghost.partner as usize);
-            let spring =
-                (spread.ghost(&ghost, &self.work.offset) - z_a) * (self.hourglass * volume * v_b * ghost.w);
-            let on_ghost = ghost.sign.component_mul(&(self.image(a, &ghost) + spring));
-            -on_ghost.dot(&self.work.offset_rate[ghost.group as usize])
-        };
-        self.mirror.ghosts_of(a).map(of_ghost).sum()
+        for (a, lifted) in self.lift.forces(first..first + fx.len()) {
+            let at = a - first;
+            (fx[at], fy[at], fz[at]) = (fx[at] + lifted.x, fy[at] + lifted.y, fz[at] + lifted.z);
+        }
     }
 
     /// Those components of the tiled field `pair`, component by component.

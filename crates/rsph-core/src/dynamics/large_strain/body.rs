@@ -5,10 +5,11 @@ use super::LargeStrain;
 use super::configuration::Configuration;
 use super::ghosts::{Ghosts, displacement};
 use crate::boundary::fixed::Fixed;
+use crate::boundary::flat_face::Faces;
 use crate::boundary::load::{LoadedBody, nodal_loads};
 use crate::boundary::mirror::MirrorPlane;
-use crate::boundary::skin::{Carriers, Skin};
-use crate::boundary::tag::{self, Cut, Holds};
+use crate::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature};
+use crate::boundary::tag::{self, Holds};
 use crate::error::InvalidInput;
 use crate::fit::{Degree, LocalFit};
 use crate::kernel::QuarticSpline;
@@ -29,6 +30,9 @@ const FACE_DEPTH: f64 = 2.7;
 /// Largest relative deviation of their sum from the area of the face: far from exact on a deformed lattice,
 /// and scaled.
 const FACE_TOLERANCE: f64 = 0.2;
+
+/// Default weight of the hourglass term.
+pub(super) const HOURGLASS: f64 = 0.2;
 
 /// A body at large strain.
 #[derive(Clone, Debug)]
@@ -96,7 +100,7 @@ impl<const D: usize> LargeBody<D> {
         nodes: Vec<Vec3>,
         fraction: Vec<f64>,
     ) -> Result<Self, InvalidInput> {
-        let holds = tag::holds(&setup.boundaries, &nodes, spacing, &setup.solver, Cut::Layers)?;
+        let holds = tag::holds(&setup.boundaries, &nodes, spacing, &setup.solver)?;
         let middle = nodes.iter().sum::<Vec3>() / nodes.len() as f64;
         let side = |p: &MirrorPlane| (middle[p.axis] - p.at).signum();
         if let Some(i) = setup.boundaries.iter().position(|b| leaves_plane::<D>(&b.region)) {
@@ -111,7 +115,8 @@ impl<const D: usize> LargeBody<D> {
         let cells = Cells { reference: nodes.clone(), nodes, fraction };
         let configuration =
             configuration(&cells, &planes, 0.0, setup.solver.smoothing * spacing, lattice.cell_volume::<D>());
-        let dynamics = LargeStrain::new(configuration, Arc::clone(&setup.material), setup.solver.hourglass)?;
+        let dynamics =
+            LargeStrain::new(configuration, Arc::clone(&setup.material), HOURGLASS * setup.solver.hourglass)?;
         let mut body = Self {
             dynamics,
             lattice,
@@ -187,29 +192,31 @@ impl<const D: usize> LargeBody<D> {
     pub(super) fn tag_loads(&mut self) -> Result<(), InvalidInput> {
         let positions = self.tagging_positions();
         let area: Vec<Vec3> = self.dynamics.surface_forces(&Mat3::identity());
+        let surface = self.surface_quadrature();
         let loaded = LoadedBody {
             shape: &*self.shape,
             mass: &self.dynamics.mass,
             positions: &positions,
-            area_vectors: &area,
             spacing: self.spacing,
-            face_depth: FACE_DEPTH * self.dynamics.configuration.smoothing_length,
-            face_tolerance: FACE_TOLERANCE,
             tolerance: 1e-3 * self.spacing,
+            surface: &surface,
+            holds: &[],
+            faces: Some(Faces {
+                area_vectors: &area,
+                depth: FACE_DEPTH * self.dynamics.configuration.smoothing_length,
+                tolerance: FACE_TOLERANCE,
+            }),
         };
-        let fits =
-            |places: &[Vec3]| self.fits(Degree::Linear, self.reference(), places, |_, fit| fit.linear());
-        let carriers = Carriers { positions: self.reference(), fits: &fits };
-        self.dynamics.loads = nodal_loads(&self.loads, &loaded, None, &carriers)?;
+        self.dynamics.loads = nodal_loads(&self.loads, &loaded)?;
         Ok(())
     }
 
     /// The surface of the undeformed body with the particles that carry its loads.
-    pub fn skin(&self) -> Skin {
+    pub fn surface_quadrature(&self) -> SurfaceQuadrature {
         let fits =
             |places: &[Vec3]| self.fits(Degree::Linear, self.reference(), places, |_, fit| fit.linear());
-        let carriers = Carriers { positions: self.reference(), fits: &fits };
-        Skin::new(self.shape.surface(), self.spacing, &carriers)
+        let particles = LoadedParticles { positions: self.reference(), fits: &fits };
+        SurfaceQuadrature::new(self.shape.surface(), self.spacing, &particles, &|_, _| None)
     }
 
     /// Weights of the particles at points of the undeformed body.
@@ -301,7 +308,7 @@ fn alignment(setup: &Setup) -> Vec<Alignment> {
         return Vec::new();
     }
     let bounds = setup.shape.bounds();
-    let mut found = tag::alignment(&setup.boundaries, &bounds, &setup.solver, Cut::Layers);
+    let mut found = tag::alignment(&setup.boundaries, &bounds, &setup.solver);
     for boundary in &setup.boundaries {
         if let Region::Plane { axis, at, .. } = boundary.region {
             let axis = axis as usize;

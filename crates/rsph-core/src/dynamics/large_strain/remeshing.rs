@@ -2,7 +2,7 @@
 //! volumes and velocities by map inversion.
 
 use super::LargeStrain;
-use super::body::{Cells, LargeBody, LastRemesh};
+use super::body::{Cells, HOURGLASS, LargeBody, LastRemesh};
 use super::configuration::Configuration;
 use crate::error::InvalidInput;
 use crate::remesh::inversion::{AxisLattice, Landed, OldMap, inside_fraction, invert};
@@ -113,7 +113,8 @@ impl<const D: usize> LargeBody<D> {
         }
         let after = Moments::of(&masses, &new.nodes[..new.len], &velocity);
 
-        let mut dynamics = LargeStrain::new(new, Arc::clone(&self.material), self.solver.hourglass)?;
+        let mut dynamics =
+            LargeStrain::new(new, Arc::clone(&self.material), HOURGLASS * self.solver.hourglass)?;
         dynamics.fixed = held;
         let kept = std::mem::replace(&mut self.dynamics, dynamics);
         if let Err(error) = self.tag_loads() {

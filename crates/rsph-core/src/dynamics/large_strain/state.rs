@@ -2,7 +2,7 @@
 //! neighbours and their weights are found again.
 
 use super::LargeStrain;
-use super::body::{LargeBody, LastRemesh, ghosts};
+use super::body::{HOURGLASS, LargeBody, LastRemesh, ghosts};
 use super::configuration::Configuration;
 use crate::error::InvalidInput;
 use crate::state::State;
@@ -54,7 +54,7 @@ impl<const D: usize> LargeBody<D> {
         c.correction = state.matrices("body/correction", n)?;
         c.first_gradient = state.matrices("body/first_gradient", n)?;
         let held = self.held_among(&c.reference[..n])?;
-        self.dynamics = LargeStrain::new(c, Arc::clone(&self.material), self.solver.hourglass)?;
+        self.dynamics = LargeStrain::new(c, Arc::clone(&self.material), HOURGLASS * self.solver.hourglass)?;
         self.dynamics.fixed = held;
         self.tag_loads()?;
         let lattice = state.vectors("body/lattice", 2)?;

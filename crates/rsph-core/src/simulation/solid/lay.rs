@@ -7,13 +7,14 @@
 //! displacement.
 
 use super::assemble::Laid;
-use crate::boundary::mirror::MirrorPlane;
-use crate::boundary::tag::Holds;
+use super::held::Held;
+use crate::boundary::surface_quadrature::SurfaceQuadrature;
 use crate::dynamics::elastic::Elastic;
 use crate::error::{FailureKind, InvalidInput};
+use crate::mesh::TriangleMesh;
 use crate::particles::{Column, Field, Particles};
 use crate::remesh::{Carried, NodeLattice, NodeValues, RemeshError, fold};
-use crate::sample::{Body, MIN_FRACTION};
+use crate::sample::{Body, MIN_FRACTION, is_cut};
 use crate::setup::Setup;
 use crate::tensor::{Mat3, Vec3};
 use std::sync::Arc;
@@ -28,11 +29,10 @@ const WORST_VOLUME: f64 = 0.1;
 pub(super) struct Undeformed {
     /// The lattice, of all remeshes.
     pub lattice: NodeLattice<3>,
-    /// Inside fractions of the cells that hold particles; of none if they stay where they are.
+    /// Volumes, in cells, of the particles; of none if they stay where they are.
     fraction: NodeValues<3>,
     /// Volume of the particles.
     volume: f64,
-    centre: Vec3,
 }
 
 /// Why a solid can not be laid anew.
@@ -68,6 +68,8 @@ pub(super) struct Anew {
     pub laid: Laid,
     /// Dynamics of the adjoint formulation, without loads.
     pub elastic: Elastic,
+    /// The undeformed surface with the weights of the particles.
+    pub quadrature: SurfaceQuadrature,
     /// Reference, mass, volume and what was carried.
     pub particles: Particles,
     /// The nodes in and around the body, and where they were in the undeformed one.
@@ -83,19 +85,19 @@ impl Undeformed {
     ///
     /// # Errors
     /// A lattice that memory does not hold.
-    pub fn new(body: &Body, centre: Vec3, anew: bool) -> Result<(Self, Laid), RemeshError> {
+    pub fn new(body: &Body, anew: bool) -> Result<(Self, Laid), RemeshError> {
         let dx = body.grid.spacing;
         let lattice = NodeLattice { origin: body.grid.origin, spacing: dx };
         let nodes = body.cells.iter().map(|c| c.map(|i| i as i64));
-        let volume = body.fraction.iter().map(|f| f * dx.powi(3));
         let undeformed: Vec<Vec3> = body.cells.iter().map(|c| body.grid.centre(*c)).collect();
-        let laid = Laid::new(nodes, &undeformed, volume);
+        let laid = Laid::new(nodes, &undeformed, body.volume.iter().copied(), body.cut());
         let fraction = if anew {
-            NodeValues::from_nodes(lattice, &laid.nodes(), 1, &body.fraction)?
+            let shares: Vec<f64> = body.volume.iter().map(|v| v / dx.powi(3)).collect();
+            NodeValues::from_nodes(lattice, &laid.nodes(), 1, &shares)?
         } else {
             NodeValues { lattice, rows: Vec::new(), columns: 1, values: Vec::new() }
         };
-        Ok((Self { lattice, fraction, volume: laid.volume.iter().sum(), centre }, laid))
+        Ok((Self { lattice, fraction, volume: laid.volume.iter().sum() }, laid))
     }
 
     /// How much of a cell around `x` lies inside: between the cells of the lattice, their mean by overlap.
@@ -116,9 +118,9 @@ impl Undeformed {
             .sum()
     }
 
-    /// Whether `x` lies behind a wall.
-    fn is_behind(&self, planes: &[(MirrorPlane, f64)], x: &Vec3) -> bool {
-        planes.iter().any(|(p, undeformed)| (x[p.axis] - p.at) * (self.centre[p.axis] - undeformed) < 0.0)
+    /// Whether the surface cuts the cells of particles that were at these places of the undeformed body.
+    pub fn cut_at<'a>(&self, places: impl Iterator<Item = &'a Vec3>) -> Vec<bool> {
+        places.map(|x| is_cut(self.fraction_at(x))).collect()
     }
 
     /// Lays the particles anew that started at `nodes`; `fields` are what they carry, the displacement
@@ -129,10 +131,11 @@ impl Undeformed {
     pub fn lay(
         &self,
         setup: &Setup,
-        holds: &Holds,
+        held: &Held,
         (nodes, particles): (&[[i64; 3]], &Particles),
         fields: &[Field],
         time: f64,
+        surface: &TriangleMesh,
     ) -> Result<Anew, LayError> {
         let (n, dx) = (particles.len(), self.lattice.spacing);
         let (x0, u) = (particles.column(Field::Reference), particles.column(Field::Displacement));
@@ -149,8 +152,6 @@ impl Undeformed {
         let arrived = carried.follow(setup.remesh.kernel)?;
 
         // Which nodes hold a particle, and how much of the body.
-        let planes: Vec<(MirrorPlane, f64)> =
-            holds.planes_at(time).into_iter().zip(holds.planes.iter().map(|p| p.at)).collect();
         let place = |k: usize| {
             let x = self.lattice.position(arrived.nodes[k]);
             (x, x - Vec3::from_column_slice(&arrived.values[k * columns..k * columns + 3]))
@@ -164,10 +165,7 @@ impl Undeformed {
         let mut kept = Vec::new();
         for &k in &inside {
             let enough = fraction[k] >= MIN_FRACTION * (1.0 - 1e-9);
-            if enough
-                && (!self.is_behind(&planes, &place(k).0) || holds.is_apart(&place(k).1))
-                && let Some(number) = shares.number(arrived.nodes[k])
-            {
+            if enough && let Some(number) = shares.number(arrived.nodes[k]) {
                 keep[number] = true;
                 kept.push((k, number));
             }
@@ -179,6 +177,7 @@ impl Undeformed {
             kept.iter().map(|(k, _)| arrived.nodes[*k]),
             &undeformed,
             kept.iter().map(|(_, number)| shares.values[*number] * dx.powi(3)),
+            self.cut_at(undeformed.iter()),
         );
         let len = kept.len();
         if len == 0 {
@@ -202,7 +201,7 @@ impl Undeformed {
         let u = new.column(Field::Displacement).values();
 
         // A cell of the deformed body holds dx^3 det(dX/dx) of the undeformed one.
-        let gradient = laid.elastic(setup, &self.lattice, holds, time)?.gradient(time, u);
+        let gradient = laid.elastic(setup, &self.lattice, held)?.gradient(time, u);
         let volume = Arc::make_mut(&mut laid.volume);
         for (a, g) in gradient.iter().enumerate() {
             let share = (Mat3::identity() - g).determinant();
@@ -218,17 +217,18 @@ impl Undeformed {
         for v in volume {
             *v *= scale;
         }
-        let elastic = self.deformed(setup, &laid, holds, time, u)?;
+        let (elastic, quadrature) = self.deformed(setup, &laid, held, time, u, surface)?;
         new.set(Field::Reference, laid.reference.clone());
         new.set(Field::Mass, Column::shared(Arc::clone(&elastic.mass), len));
         new.set(Field::Volume, Column::shared(Arc::clone(&laid.volume), len));
         let folded_mass = folded.moved[0] * dx.powi(3) * setup.material.density();
         let undeformed = (0..arrived.nodes.len()).map(|k| place(k).1).collect();
         let around = (arrived.nodes, undeformed);
-        Ok(Anew { around, laid, elastic, particles: new, folded_mass, rescaling: scale - 1.0 })
+        Ok(Anew { around, laid, elastic, quadrature, particles: new, folded_mass, rescaling: scale - 1.0 })
     }
 
-    /// The dynamics, without loads, of particles that were laid anew at `time` with the displacement `u`.
+    /// The dynamics, without loads, of particles that were laid anew at `time` with the displacement `u`, and the
+    /// undeformed `surface` with their weights.
     ///
     /// # Errors
     /// A body that has turned inside out, a boundary that holds none of it.
@@ -236,19 +236,28 @@ impl Undeformed {
         &self,
         setup: &Setup,
         laid: &Laid,
-        holds: &Holds,
+        held: &Held,
         time: f64,
         u: &[f64],
-    ) -> Result<Elastic, LayError> {
-        let mut elastic = laid.elastic(setup, &self.lattice, holds, time)?;
+        surface: &TriangleMesh,
+    ) -> Result<(Elastic, SurfaceQuadrature), LayError> {
+        let mut elastic = laid.elastic(setup, &self.lattice, held)?;
         let gradient = elastic.gradient(time, u);
-        elastic.stretch = gradient
+        let stretch = gradient
             .iter()
             .enumerate()
             .map(|(a, g)| {
                 (Mat3::identity() - g).try_inverse().ok_or(LayError::Inverted(laid.reference.vector(a)))
             })
             .collect::<Result<_, _>>()?;
-        Ok(elastic)
+        let quadrature = laid.quadrature(setup, surface, self.lattice.spacing, held);
+        let elastic = elastic.stretched(stretch);
+        let elastic = match held {
+            Held::Surface(constraints) => {
+                elastic.with_surface(&quadrature, &constraints.holds, &laid.cut, &laid.positions())
+            }
+            Held::Layers(_) => elastic,
+        };
+        Ok((elastic, quadrature))
     }
 }

@@ -1,6 +1,7 @@
 //! What a checkpoint holds of a solid: how its particles were last laid. The rest follows from the particles
 //! and the set-up.
 
+use super::surface_reading::Settled;
 use super::{Laid, Matter, Solid};
 use crate::error::InvalidInput;
 use crate::particles::{Field, Particles};
@@ -14,6 +15,10 @@ pub(super) fn save(solid: &Solid, state: &mut State) {
     }
     if let Matter::Paper(paper) = &solid.matter {
         state.put_vectors("body/listed_at", paper.listed_at());
+    }
+    if let Some(reading) = solid.reading.as_ref().filter(|r| !r.settled.traction.is_empty()) {
+        state.put("body/settled_time", [reading.settled.time]);
+        state.put_vectors("body/settled_traction", &reading.settled.traction);
     }
     if let Some((time, u)) = &solid.laid_with {
         state.put_whole("body/nodes", solid.laid.nodes().as_flattened());
@@ -33,13 +38,15 @@ pub(super) fn restore(solid: &mut Solid, state: &State, particles: &Particles) -
         }
         let [time] = state.numbers("body/laid_time")?;
         let u = state.real_of("body/laid_displacement", 3 * n)?.to_vec();
-        solid.laid = Laid::with_columns(nodes.as_chunks::<3>().0, particles);
+        let places: Vec<Vec3> = (0..n).map(|a| reference.vector(a)).collect();
+        let cut = solid.undeformed.cut_at(places.iter());
+        solid.laid = Laid::with_columns(nodes.as_chunks::<3>().0, particles, cut);
         let (setup, laid) = (&solid.setup, &solid.laid);
-        let mut elastic = solid
+        let (mut elastic, quadrature) = solid
             .undeformed
-            .deformed(setup, laid, &solid.holds, time, &u)
+            .deformed(setup, laid, &solid.held, time, &u, solid.boundary_surface())
             .map_err(|e| damaged("body/laid_displacement", &format!("can not be laid: {e}")))?;
-        elastic.loads = laid.loads(setup, &elastic, None)?;
+        elastic.loads = laid.loads(setup, &elastic, &quadrature, &solid.held)?;
         solid.matter = Matter::new(setup, elastic);
         solid.laid_with = Some((time, crate::particles::Column::from_vec(u, n)));
     } else if n != solid.laid.len() {
@@ -48,7 +55,15 @@ pub(super) fn restore(solid: &mut Solid, state: &State, particles: &Particles) -
         solid.laid.reference = reference.clone();
         // Weights found for the sampled particles stay good.
         solid.probed = reference.share();
-        solid.surface.1 = reference.share();
+        solid.fits.reference = reference.share();
+    }
+    if let Some(reading) = &mut solid.reading {
+        reading.settled = Settled::default();
+        if state.has("body/settled_traction") {
+            let [time] = state.numbers("body/settled_time")?;
+            let vertices = solid.zero_surface.vertices.len();
+            reading.settled = Settled { time, traction: state.vectors("body/settled_traction", vertices)? };
+        }
     }
     // Empty where remeshing does not go by the strain.
     if !solid.laid_at.is_empty() {

@@ -4,7 +4,7 @@
 use super::{body, setup};
 use crate::validation::Row;
 use rsph_core::dynamics::large_strain::body::LargeBody;
-use rsph_core::setup::{Setup, Solver};
+use rsph_core::setup::Setup;
 use rsph_core::shape::{DiscShape, SphereShape};
 use rsph_core::tensor::{Mat3, Vec3};
 
@@ -33,7 +33,7 @@ pub(super) fn disc(quick: bool) -> Result<Vec<Row>, String> {
     for n in [20, 40] {
         for remeshings in if quick { vec![10] } else { vec![0, 1, 3, 10] } {
             let shape = DiscShape::new(RADIUS, [0.0; 2]).map_err(|e| e.to_string())?;
-            let setup = setup(shape, n, Solver::LARGE_STRAIN_HOURGLASS);
+            let setup = setup(shape, n, 1.0);
             let spun = spin::<2>(&setup, &rate, 2.0, remeshings)?;
             // At n = 20 a bound of our own: the surface is a fifth of the particles.
             let bound = if n == 20 { 2.0 } else { 0.5 };
@@ -50,7 +50,7 @@ pub(super) fn ball(quick: bool) -> Result<Vec<Row>, String> {
     let n = if quick { 10 } else { 16 };
     for remeshings in if quick { vec![3] } else { vec![0, 1, 3] } {
         let shape = SphereShape::new(RADIUS, Vec3::zeros()).map_err(|e| e.to_string())?;
-        let setup = setup(shape, n, Solver::LARGE_STRAIN_HOURGLASS);
+        let setup = setup(shape, n, 1.0);
         let spun = spin::<3>(&setup, &rate, 1.0, remeshings)?;
         let bound = if quick { 4.0 } else { 2.0 };
         report(&format!("ball {n}"), remeshings, &spun, bound, &mut rows);

@@ -1,20 +1,19 @@
-//! The surface of a body as its loads see it: small panels in clusters, each with one fit of the particles
-//! around it.
+//! Quadrature over the surface of a body, with the weights of the particles at its points.
 //!
 //! A force f at x goes to particle a as w_a(x) f, with the weights w_a(x) = p(x)^T M^-1 p(x_a) W_a of a linear
 //! fit: they make the resultant and the moment of the forces on the particles those of f. One fit around the
 //! middle of a cluster serves all of its points, because x enters by p(x) = (1, (x - c) / h) alone: what
 //! a cluster hands on is sum f and sum (x - c) f^T, however many points it has. So the work of a load that
 //! changes in every frame is one look at each panel and 12 products for each pair of a cluster and a particle.
+//! The same weights serve loads, clamps and the balance of the gradient with its surface.
 
 use super::surface_load::{Panel, SurfacePoint, Traction, for_each_panel, three_points};
 use crate::fit::LinearFit;
 use crate::mesh::TriangleMesh;
 use crate::particles::Column;
-use crate::tensor::Vec3;
+use crate::tensor::{Mat3, Vec3};
 use nalgebra::{Matrix4, Matrix4x3, Vector4};
 use rayon::prelude::*;
-use std::collections::HashSet;
 use std::fmt;
 use std::ops::Range;
 
@@ -22,99 +21,94 @@ use std::ops::Range;
 const EDGE: f64 = 0.5;
 /// Edge of the cubes that a cluster's panels have their centres in, in spacings.
 const CLUSTER: f64 = 1.0;
+/// Longest edge of a panel at the rim of a held part, in spacings.
+const EDGE_AT_RIM: f64 = 0.1;
 /// Fewest clusters or particles in a task.
 const TASK: usize = 64;
 
 /// Panels that share a fit.
 #[derive(Clone, Debug)]
-struct Cluster {
-    panels: Range<usize>,
-    centre: Vec3,
-    h: f64,
-    inverse: Matrix4<f64>,
+pub(super) struct Cluster {
+    pub(super) panels: Range<usize>,
+    pub(super) centre: Vec3,
+    pub(super) h: f64,
+    pub(super) inverse: Matrix4<f64>,
+    /// Mean outward normal.
+    pub(super) normal: Vec3,
+    /// The boundaries that hold it, if any do.
+    pub(super) held: Option<u32>,
 }
 
 /// What a cluster's load does: a force W_a (A^T p(x_a)) on each particle, if there is any.
 type Pattern = Option<Matrix4x3<f64>>;
 
-/// The surface of a body with the particles that carry its loads.
+/// The surface of a body in panels, with the particles around them.
 #[derive(Clone, Debug)]
-pub struct Skin {
-    panels: Vec<Panel>,
-    corners: Vec<[Vec3; 3]>,
-    clusters: Vec<Cluster>,
-    shares: Shares,
+pub struct SurfaceQuadrature {
+    pub(super) panels: Vec<Panel>,
+    pub(super) corners: Vec<[Vec3; 3]>,
+    pub(super) clusters: Vec<Cluster>,
+    pub(super) shares: Shares,
 }
 
 /// The particles that carry loads.
 #[derive(Clone, Copy)]
-pub struct Carriers<'a> {
+pub struct LoadedParticles<'a> {
     /// Their places.
     pub positions: &'a [Vec3],
     /// Fits of them around a list of places.
     pub fits: &'a dyn Fn(&[Vec3]) -> Vec<LinearFit>,
 }
 
-impl fmt::Debug for Carriers<'_> {
+impl fmt::Debug for LoadedParticles<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Carriers").field("positions", &self.positions.len()).finish_non_exhaustive()
+        f.debug_struct("LoadedParticles").field("positions", &self.positions.len()).finish_non_exhaustive()
     }
 }
 
+/// The boundaries that hold the surface at a point with that outward normal, a bit each; `None` where it is free.
+pub type HeldPart<'a> = dyn Fn(&Vec3, &Vec3) -> Option<u32> + Sync + 'a;
+
 /// What each particle carries.
 #[derive(Clone, Debug)]
-struct Shares {
+pub(super) struct Shares {
     /// Particles that carry anything, with their places.
-    particles: Vec<(u32, Vec3)>,
+    pub(super) particles: Vec<(u32, Vec3)>,
     /// Clusters of the k-th of them with its weights W_a there: `pairs[starts[k]..starts[k + 1]]`.
     starts: Vec<usize>,
     pairs: Vec<(u32, f64)>,
 }
 
-impl Skin {
-    /// The skin `surface` of particles `spacing` apart.
-    pub fn new(surface: &TriangleMesh, spacing: f64, carriers: &Carriers<'_>) -> Self {
-        Self::of_cells(surface, spacing, carriers, |_| true)
-    }
-
-    /// The clusters of the skin of which `reaches` holds for some panel: enough for one load, and a small part
-    /// of the memory for one on a small part of a large body.
-    pub fn reached(
+impl SurfaceQuadrature {
+    /// The quadrature of `surface` for particles `spacing` apart; no cluster reaches from one held part to another,
+    /// or to where the surface is free.
+    pub fn new(
         surface: &TriangleMesh,
         spacing: f64,
-        carriers: &Carriers<'_>,
-        reaches: &(dyn Fn(&Panel) -> bool + Sync),
+        particles: &LoadedParticles<'_>,
+        held: &HeldPart<'_>,
     ) -> Self {
-        let mut cells = HashSet::new();
-        for_each_panel(surface, EDGE * spacing, |panel, _| {
-            if reaches(&panel) {
-                cells.insert(cell_of(&panel, spacing));
-            }
-        });
-        Self::of_cells(surface, spacing, carriers, |cell| cells.contains(cell))
-    }
-
-    fn of_cells(
-        surface: &TriangleMesh,
-        spacing: f64,
-        carriers: &Carriers<'_>,
-        wanted: impl Fn(&[i64; 3]) -> bool,
-    ) -> Self {
+        // Smaller panels at the rim of a held part, of which a panel is all or nothing.
+        let longest = |corners: &[Vec3; 3], normal: &Vec3| {
+            let part = |x: &Vec3| held(x, normal);
+            let cut = corners.iter().any(|x| part(x) != part(&corners[0]));
+            if cut { EDGE_AT_RIM * spacing } else { EDGE * spacing }
+        };
+        let cell_of = |panel: &Panel| {
+            let SurfacePoint { x, normal, .. } = &panel.centre;
+            let cell: [i64; 3] = (x / (CLUSTER * spacing)).map(|x| x.floor() as i64).into();
+            (held(x, normal), cell)
+        };
         // Sorted by number, and visited again for what they are: they are as many as particles of a large body.
-        let mut sorted: Vec<([i64; 3], usize)> = Vec::new();
-        for_each_panel(surface, EDGE * spacing, |panel, _| {
-            let cell = cell_of(&panel, spacing);
-            if wanted(&cell) {
-                sorted.push((cell, sorted.len()));
-            }
-        });
+        let mut sorted = Vec::new();
+        for_each_panel(surface, longest, |panel, _| sorted.push((cell_of(&panel), sorted.len())));
         sorted.par_sort_unstable();
-        let ranges: Vec<Range<usize>> = sorted
+        let clusters: Vec<(Option<u32>, Range<usize>)> = sorted
             .chunk_by(|a, b| a.0 == b.0)
             .scan(0, |end, chunk| {
                 let start = *end;
                 *end += chunk.len();
-                Some(start..*end)
+                Some((chunk[0].0.0, start..*end))
             })
             .collect();
         let mut place = vec![0; sorted.len()];
@@ -125,32 +119,61 @@ impl Skin {
         let mut panels = vec![Panel { centre: nowhere, edge: 0.0 }; place.len()];
         let mut corners = vec![[Vec3::zeros(); 3]; place.len()];
         let mut places = place.into_iter();
-        for_each_panel(surface, EDGE * spacing, |panel, at| {
-            if wanted(&cell_of(&panel, spacing))
-                && let Some(k) = places.next()
-            {
+        for_each_panel(surface, longest, |panel, at| {
+            if let Some(k) = places.next() {
                 (panels[k], corners[k]) = (panel, *at);
             }
         });
-        let middle = |range: &Range<usize>| {
+        let middle = |(_, range): &(Option<u32>, Range<usize>)| {
             let members = || panels[range.clone()].iter().map(|p| &p.centre);
             members().map(|p| p.x * p.area).sum::<Vec3>() / members().map(|p| p.area).sum::<f64>()
         };
-        let middles: Vec<Vec3> = ranges.iter().map(middle).collect();
-        let (clusters, weights): (Vec<Cluster>, Vec<Vec<(u32, f64)>>) = ranges
+        let normal = |range: &Range<usize>| {
+            let areas = panels[range.clone()].iter().map(|p| p.centre.normal * p.centre.area);
+            areas.sum::<Vec3>().try_normalize(0.0).unwrap_or_else(Vec3::zeros)
+        };
+        let middles: Vec<Vec3> = clusters.iter().map(middle).collect();
+        let (clusters, weights): (Vec<Cluster>, Vec<Vec<(u32, f64)>>) = clusters
             .into_iter()
-            .zip((carriers.fits)(&middles))
-            .map(|(panels, fit)| {
-                (Cluster { panels, centre: fit.centre, h: fit.h, inverse: fit.inverse }, fit.weights)
+            .zip((particles.fits)(&middles))
+            .map(|((held, panels), fit)| {
+                let LinearFit { centre, h, inverse, weights } = fit;
+                (Cluster { normal: normal(&panels), panels, centre, h, inverse, held }, weights)
             })
             .unzip();
-        Self { panels, corners, clusters, shares: Shares::new(&weights, carriers.positions) }
+        Self { panels, corners, clusters, shares: Shares::new(&weights, particles.positions) }
     }
 
-    /// Forces of a traction on `particles` particles, component by component; `None` if it acts nowhere.
-    pub fn force(&self, particles: usize, traction: &Traction<'_>) -> Option<Vec<f64>> {
-        let patterns: Vec<Pattern> =
-            self.clusters.par_iter().with_min_len(TASK).map(|c| self.pattern(c, traction)).collect();
+    /// int w_a n dS over the whole surface, component by component: the area vectors that the surface wants of each
+    /// of `particles` particles.
+    pub fn area_vectors(&self, particles: usize) -> Vec<f64> {
+        let pattern = |cluster: &Cluster| {
+            let mut sums = Sums::default();
+            for panel in &self.panels[cluster.panels.clone()] {
+                let SurfacePoint { x, normal, area } = &panel.centre;
+                sums.add(cluster, x, &(normal * *area));
+            }
+            Some(sums.pattern(cluster))
+        };
+        let patterns: Vec<Pattern> = self.clusters.par_iter().with_min_len(TASK).map(pattern).collect();
+        self.carried(particles, &patterns)
+    }
+
+    /// Forces of a traction on `particles` particles, component by component; `None` if it acts nowhere. Of a traction
+    /// on a held part only what `free` leaves of it acts on the body.
+    pub fn force(
+        &self,
+        particles: usize,
+        traction: &Traction<'_>,
+        free: &(dyn Fn(u32, &Vec3) -> Mat3 + Sync),
+    ) -> Option<Vec<f64>> {
+        let pattern = |c: &Cluster| {
+            let pattern = self.pattern(c, traction)?;
+            let Some(held) = c.held else { return Some(pattern) };
+            let acting = pattern * free(held, &c.normal);
+            (acting != Matrix4x3::zeros()).then_some(acting)
+        };
+        let patterns: Vec<Pattern> = self.clusters.par_iter().with_min_len(TASK).map(pattern).collect();
         if patterns.iter().all(Option::is_none) {
             return None;
         }
@@ -160,13 +183,19 @@ impl Skin {
     /// Quadrature points of the surface, three on each panel.
     pub fn points(&self) -> Vec<SurfacePoint> {
         let mut points = Vec::with_capacity(3 * self.panels.len());
-        for (panel, corners) in self.panels.iter().zip(&self.corners) {
-            three_points(corners, &panel.centre.normal, panel.centre.area, &mut |p| points.push(*p));
+        for k in 0..self.panels.len() {
+            self.three_points_of(k, |p| points.push(*p));
         }
         points
     }
 
-    /// Forces on `particles` particles, component by component, of forces at the [`Skin::points`].
+    /// Visits the quadrature points of a panel.
+    pub(super) fn three_points_of(&self, panel: usize, mut visit: impl FnMut(&SurfacePoint)) {
+        let centre = &self.panels[panel].centre;
+        three_points(&self.corners[panel], &centre.normal, centre.area, &mut visit);
+    }
+
+    /// Forces on `particles` particles, component by component, of forces at the [`SurfaceQuadrature::points`].
     pub fn carry(&self, particles: usize, points: &[SurfacePoint], forces: &[Vec3]) -> Vec<f64> {
         let pattern = |cluster: &Cluster| {
             let mut sums = Sums::default();
@@ -179,7 +208,7 @@ impl Skin {
         self.carried(particles, &patterns)
     }
 
-    /// Values of a column of the particles at the [`Skin::points`], point by point.
+    /// Values of a column of the particles at the [`SurfaceQuadrature::points`], point by point.
     pub fn interpolate(&self, points: &[SurfacePoint], column: &Column) -> Vec<f64> {
         let components = column.components();
         let mut fits = vec![vec![Vector4::zeros(); components]; self.clusters.len()];
@@ -245,14 +274,9 @@ impl Skin {
     }
 }
 
-/// The cube that the centre of a panel lies in.
-fn cell_of(panel: &Panel, spacing: f64) -> [i64; 3] {
-    (panel.centre.x / (CLUSTER * spacing)).map(|x| x.floor() as i64).into()
-}
-
 impl Cluster {
     /// p(x) = (1, (x - c) / h).
-    fn monomials(&self, x: &Vec3) -> Vector4<f64> {
+    pub(super) fn monomials(&self, x: &Vec3) -> Vector4<f64> {
         let r = (x - self.centre) / self.h;
         Vector4::new(1.0, r.x, r.y, r.z)
     }
@@ -308,7 +332,7 @@ impl Shares {
     }
 
     /// The clusters whose loads the k-th particle carries, with its weights there.
-    fn of(&self, k: usize) -> &[(u32, f64)] {
+    pub(super) fn of(&self, k: usize) -> &[(u32, f64)] {
         &self.pairs[self.starts[k]..self.starts[k + 1]]
     }
 }

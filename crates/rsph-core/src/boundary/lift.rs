@@ -1,0 +1,315 @@
+//! Clamps, rollers and moved parts of the surface: the boundary value is lifted into the gradient.
+//!
+//! On a held part D of the surface u = u_D in the components that a projector P leaves. The gradient of particle a gets
+//!
+//! ```text
+//! (1/V_a) sum_q w_q phi_a(q) r(q) (x) n_q,      r = P (u_D - sum_b phi_b u_b),
+//! ```
+//!
+//! with the weights phi of the surface, and the energy (beta/2) E/dx sum_q w_q |r|^2. Both vanish where u = u_D, so that
+//! linear fields stay exact, and the force is the derivative of the energy. r is linear on each cluster of the
+//! surface: its coefficients are all that particles and clusters hand to each other.
+
+use super::constraints::{Hold, projectors};
+use super::surface_quadrature::{Cluster, SurfaceQuadrature};
+use crate::setup::Motion;
+use crate::tensor::{Mat3, SymTensor, Vec3};
+use nalgebra::{Matrix4, Matrix4x3, Vector4};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// beta: stiffness of the penalty, in units of E/dx (E: Young's modulus). With the P-wave modulus in its place a clamp
+/// of nearly incompressible tissue would lock.
+const PENALTY: f64 = 0.67;
+/// Fewest clusters or particles in a task.
+const TASK: usize = 32;
+
+/// A cluster of the surface that is held.
+#[derive(Clone, Debug)]
+struct HeldCluster {
+    /// Number of each boundary that holds it, with the projector on what it holds.
+    holds: Vec<(usize, Mat3)>,
+    /// Projector on all that is held.
+    projector: Mat3,
+    centre: Vec3,
+    area: f64,
+    normal: Vec3,
+    /// sum_q w_q p p^T.
+    mass: Matrix4<f64>,
+    /// Its particles among the pairs.
+    pairs: Range<usize>,
+}
+
+/// A particle at a cluster, with the coefficients of phi_a = coefficients . p(x).
+#[derive(Clone, Copy, Debug)]
+struct Pair {
+    /// Number among the particles near held parts, or of the cluster, in the list by particle.
+    other: u32,
+    phi: Vector4<f64>,
+}
+
+/// All held parts of the surface of a body.
+#[derive(Clone, Debug, Default)]
+pub struct Lift {
+    /// Boundaries of the body.
+    holds: Vec<Hold>,
+    clusters: Vec<HeldCluster>,
+    by_cluster: Vec<Pair>,
+    /// Particles near held parts, in rising order.
+    particles: Vec<u32>,
+    starts: Vec<usize>,
+    by_particle: Vec<Pair>,
+    /// beta E / dx.
+    penalty: f64,
+    /// u_D of every boundary, and its rate.
+    target: Vec<Vec3>,
+    rate: Vec<Vec3>,
+    /// Coefficients of r, then those of the force, of every cluster.
+    residual: Vec<Matrix4x3<f64>>,
+    /// Strains, then forces, of the particles.
+    strain: Vec<SymTensor>,
+    force: Vec<Vec3>,
+}
+
+impl Lift {
+    /// What boundaries that hold as `holds` says hold of `surface`, of a body with Young's modulus E and particles dx
+    /// apart.
+    pub fn new(surface: &SurfaceQuadrature, holds: &[Hold], young_modulus: f64, spacing: f64) -> Self {
+        let held: Vec<&Cluster> = surface.clusters.iter().filter(|c| c.held.is_some()).collect();
+        if held.is_empty() {
+            return Self::default();
+        }
+        let mut number = vec![u32::MAX; surface.clusters.len()];
+        let all = surface.clusters.iter().enumerate().filter(|(_, c)| c.held.is_some());
+        for (k, (c, _)) in all.enumerate() {
+            number[c] = k as u32;
+        }
+        let shares = &surface.shares;
+        let (mut particles, mut starts, mut by_particle) = (Vec::new(), vec![0], Vec::new());
+        for (k, (a, x)) in shares.particles.iter().enumerate() {
+            let before = by_particle.len();
+            for &(c, w) in shares.of(k).iter().filter(|(c, _)| number[*c as usize] != u32::MAX) {
+                let cluster = &surface.clusters[c as usize];
+                let phi = cluster.inverse * cluster.monomials(x) * w;
+                by_particle.push(Pair { other: number[c as usize], phi });
+            }
+            if by_particle.len() > before {
+                particles.push(*a);
+                starts.push(by_particle.len());
+            }
+        }
+        let mut end = vec![0_usize; held.len() + 1];
+        for pair in &by_particle {
+            end[pair.other as usize + 1] += 1;
+        }
+        for c in 0..held.len() {
+            end[c + 1] += end[c];
+        }
+        let mut next = end.clone();
+        let mut by_cluster = by_particle.clone();
+        for k in 0..particles.len() {
+            for pair in &by_particle[starts[k]..starts[k + 1]] {
+                let at = &mut next[pair.other as usize];
+                by_cluster[*at] = Pair { other: k as u32, phi: pair.phi };
+                *at += 1;
+            }
+        }
+        let clusters: Vec<HeldCluster> = held
+            .iter()
+            .enumerate()
+            .map(|(k, cluster)| held_cluster(surface, cluster, holds, end[k]..end[k + 1]))
+            .collect();
+        Self {
+            target: vec![Vec3::zeros(); holds.len()],
+            rate: vec![Vec3::zeros(); holds.len()],
+            holds: holds.to_vec(),
+            residual: vec![Matrix4x3::zeros(); clusters.len()],
+            strain: vec![SymTensor::default(); particles.len()],
+            force: vec![Vec3::zeros(); particles.len()],
+            clusters,
+            by_cluster,
+            particles,
+            starts,
+            by_particle,
+            penalty: PENALTY * young_modulus / spacing,
+        }
+    }
+
+    /// Whether nothing is held.
+    pub fn is_empty(&self) -> bool {
+        self.clusters.is_empty()
+    }
+
+    /// Whether any held part moves.
+    pub fn moves(&self) -> bool {
+        self.clusters.iter().any(|c| c.holds.iter().any(|(i, _)| self.holds[*i].motion.is_some()))
+    }
+
+    /// Particles near held parts, in rising order.
+    pub fn particles(&self) -> &[u32] {
+        &self.particles
+    }
+
+    /// Sets u_D of every held part and its rate to what `displacement` and `rate` make of its motion.
+    pub fn set_targets(&mut self, displacement: impl Fn(&Motion) -> Vec3, rate: impl Fn(&Motion) -> Vec3) {
+        for (i, hold) in self.holds.iter().enumerate() {
+            let Some(motion) = &hold.motion else { continue };
+            (self.target[i], self.rate[i]) = (displacement(motion), rate(motion));
+        }
+    }
+
+    /// Puts every held part at rest where it was.
+    pub fn rest(&mut self) {
+        self.target.fill(Vec3::zeros());
+        self.rate.fill(Vec3::zeros());
+    }
+
+    /// From the values u of the particles to r on the clusters and to the strain that it lifts into each particle
+    /// of volume V, which [`Lift::strains`] gives.
+    pub fn lift(&mut self, u: impl Fn(usize) -> Vec3 + Sync, volume: impl Fn(usize) -> f64 + Sync) {
+        let Self { clusters, by_cluster, particles, starts, by_particle, target, residual, strain, .. } =
+            self;
+        (&mut *residual, &*clusters).into_par_iter().with_min_len(TASK).for_each(|(r, cluster)| {
+            let mut value = Matrix4x3::zeros();
+            for pair in &by_cluster[cluster.pairs.clone()] {
+                value += pair.phi * u(particles[pair.other as usize] as usize).transpose();
+            }
+            *r = -(value * cluster.projector);
+            let wanted: Vec3 = cluster.holds.iter().map(|(i, projector)| projector * target[*i]).sum();
+            let first = r.row(0) + wanted.transpose();
+            r.set_row(0, &first);
+        });
+        strain.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(k, strain)| {
+            let mut gradient = Mat3::zeros();
+            for pair in &by_particle[starts[k]..starts[k + 1]] {
+                let cluster = &clusters[pair.other as usize];
+                let at = residual[pair.other as usize].tr_mul(&(cluster.mass * pair.phi));
+                gradient += at * cluster.normal.transpose();
+            }
+            *strain = SymTensor::symmetric_part(&(gradient / volume(particles[k] as usize)));
+        });
+    }
+
+    /// The strains that [`Lift::lift`] found, in the order of [`Lift::particles`].
+    pub fn strains(&self) -> &[SymTensor] {
+        &self.strain
+    }
+
+    /// From the stresses of the particles to the forces on them, which [`Lift::forces`] gives.
+    pub fn react(&mut self, stress: impl Fn(usize) -> SymTensor + Sync) {
+        let Self { clusters, by_cluster, particles, starts, by_particle, penalty, residual, force, .. } =
+            self;
+        (&mut *residual, &*clusters).into_par_iter().with_min_len(TASK).for_each(|(r, cluster)| {
+            let mut traction = *r * *penalty;
+            for pair in &by_cluster[cluster.pairs.clone()] {
+                let t = stress(particles[pair.other as usize] as usize).dot(&cluster.normal);
+                traction += pair.phi * t.transpose();
+            }
+            *r = cluster.mass * traction * cluster.projector;
+        });
+        force.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(k, force)| {
+            *force = Vec3::zeros();
+            for pair in &by_particle[starts[k]..starts[k + 1]] {
+                *force += residual[pair.other as usize].tr_mul(&pair.phi);
+            }
+        });
+    }
+
+    /// The forces that [`Lift::react`] found, of the particles in `range` of all, as (particle, force).
+    pub fn forces(&self, range: Range<usize>) -> impl Iterator<Item = (usize, Vec3)> + '_ {
+        let at = |a: usize| self.particles.partition_point(|p| (*p as usize) < a);
+        (at(range.start)..at(range.end)).map(|k| (self.particles[k] as usize, self.force[k]))
+    }
+
+    /// Force of every held part on the body and the power of its motion, after [`Lift::react`].
+    pub fn reaction(&self) -> (Vec3, f64) {
+        // The weights of the particles sum to 1.
+        let forces = self.clusters.iter().zip(&self.residual);
+        forces.fold((Vec3::zeros(), 0.0), |(sum, power), (cluster, force)| {
+            let force: Vec3 = force.row(0).transpose();
+            let velocity: Vec3 = cluster.holds.iter().map(|(i, projector)| projector * self.rate[*i]).sum();
+            (sum + force, power + force.dot(&velocity))
+        })
+    }
+
+    /// Energy of the penalty, after [`Lift::lift`].
+    pub fn energy(&self) -> f64 {
+        let of_cluster =
+            |(cluster, r): (&HeldCluster, &Matrix4x3<f64>)| (r.transpose() * cluster.mass * r).trace();
+        0.5 * self.penalty * self.clusters.iter().zip(&self.residual).map(of_cluster).sum::<f64>()
+    }
+
+    /// Places of the clusters with the projector on what is held there and their areas.
+    pub fn places(&self) -> impl Iterator<Item = (Vec3, Mat3, f64)> + '_ {
+        self.clusters.iter().map(|c| (c.centre, c.projector, c.area))
+    }
+
+    /// Places of the clusters that see a particle for which `belongs` holds, with the projector on what is held there.
+    pub fn holds_near(&self, belongs: impl Fn(usize) -> bool) -> impl Iterator<Item = (Vec3, Mat3)> {
+        let sees = move |c: &&HeldCluster| {
+            let pairs = &self.by_cluster[c.pairs.clone()];
+            pairs.iter().any(|pair| belongs(self.particles[pair.other as usize] as usize))
+        };
+        self.clusters.iter().filter(sees).map(|c| (c.centre, c.projector))
+    }
+
+    /// How the lifted gradient of each particle of volume V answers to a displacement of particle `a`: calls
+    /// `visit(particle, vector, projector)` for dG = -(projector du) (x) vector.
+    pub fn responses(
+        &self,
+        a: usize,
+        volume: impl Fn(usize) -> f64,
+        mut visit: impl FnMut(usize, Vec3, &Mat3),
+    ) {
+        let Ok(k) = self.particles.binary_search(&(a as u32)) else { return };
+        for pair in &self.by_particle[self.starts[k]..self.starts[k + 1]] {
+            let cluster = &self.clusters[pair.other as usize];
+            let m = cluster.mass * pair.phi;
+            for other in &self.by_cluster[cluster.pairs.clone()] {
+                let b = self.particles[other.other as usize] as usize;
+                let vector = cluster.normal * (other.phi.dot(&m) / volume(b));
+                visit(b, vector, &cluster.projector);
+            }
+        }
+    }
+
+    /// The penalty's part of the stiffness between the components of particle `a`.
+    pub fn penalty_block(&self, a: usize) -> Mat3 {
+        let Ok(k) = self.particles.binary_search(&(a as u32)) else { return Mat3::zeros() };
+        self.by_particle[self.starts[k]..self.starts[k + 1]]
+            .iter()
+            .map(|pair| {
+                let cluster = &self.clusters[pair.other as usize];
+                let stiffness = self.penalty * pair.phi.dot(&(cluster.mass * pair.phi));
+                cluster.projector * stiffness
+            })
+            .sum()
+    }
+}
+
+/// A held cluster of `surface` with its pairs.
+fn held_cluster(
+    surface: &SurfaceQuadrature,
+    cluster: &Cluster,
+    holds: &[Hold],
+    pairs: Range<usize>,
+) -> HeldCluster {
+    let (mut mass, mut area) = (Matrix4::zeros(), 0.0);
+    for k in cluster.panels.clone() {
+        area += surface.panels[k].centre.area;
+        surface.three_points_of(k, |point| {
+            let p = cluster.monomials(&point.x);
+            mass += p * p.transpose() * point.area;
+        });
+    }
+    let holds = projectors(holds, cluster.held.unwrap_or_default(), &cluster.normal);
+    HeldCluster {
+        projector: holds.iter().map(|h| h.1).sum(),
+        holds,
+        centre: cluster.centre,
+        area,
+        normal: cluster.normal,
+        mass,
+        pairs,
+    }
+}

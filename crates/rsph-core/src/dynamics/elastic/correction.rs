@@ -1,0 +1,493 @@
+//! The correction of the gradient near the surface by which a constant stress balances its tractions.
+//!
+//! The force of a constant stress sigma is -sigma A_b with A_b = sum_a V_a g_ab, while its tractions act by
+//! B_b = int phi_b n dS, with the weights phi of the surface. To rows near the surface (z_a = 1, else 0) the gradient gets
+//!
+//! ```text
+//! z_a sum_b V_b w (f_b - f_a) (gamma_b - gamma_a - Gamma_a X),       Gamma_a = grad gamma,
+//! ```
+//!
+//! the least change dg, in the norm sum_a V_a sum_b |dg_ab|^2 / (V_b w), that keeps constants and linear fields exact and makes A = B. gamma
+//! solves H gamma^i = (B - A)^i with H the operator of the hourglass term, V_a replaced by z_a V_a.
+//! (J.-S. Chen, M. Hillman, M. Rueter, Int. J. Numer. Meth. Eng. 95, 2013: integration constraints.)
+
+use super::linear::{Constants, scatter};
+use crate::lattice::Lattice;
+use crate::moments::{Moments, area_vectors};
+use crate::ops::{self, EvenSource, Line, PAIR_COMPONENTS, Part, Pointwise, SIDE_COMPONENTS};
+use crate::tensor::{Mat3, Vec3};
+use crate::tiles::{LANES, Tile};
+use nalgebra::{Matrix4, Vector4};
+use pulp::Simd;
+use rayon::prelude::*;
+
+/// |B - A| at which gamma is good enough, as a share of that without the correction. Linear exactness and symmetry do not
+/// depend on it.
+const TOLERANCE: f64 = 3e-4;
+/// Iterations after which gamma is good enough in any case.
+const MAX_ITERATIONS: usize = 300;
+/// Growth of |B - A| over the least so far at which a component is given up.
+const LOST: f64 = 30.0;
+/// Particles that one partial sum covers.
+const PARTICLES_A_SUM: usize = 4096;
+
+/// Numbers of a corrected row: z, z gamma, z sum V_b w gamma_b / V, the nine of z Gamma.
+pub(super) const ROW: usize = 16;
+/// Components of the sums of the second sweep: S[zQ] and S[zQ gamma].
+pub(super) const FORCE_SUMS: usize = SIDE_COMPONENTS + 3;
+/// Row and column of the components of a symmetric tensor.
+pub(super) const PLACES: [(usize, usize); SIDE_COMPONENTS] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
+
+/// gamma with the constants of the rows that it corrects.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Correction {
+    /// Tiles with rows that are corrected or that a held face is lifted into.
+    pub(super) rows: Part,
+    /// Tiles with particles that those rows see.
+    pub(super) reach: Part,
+    /// gamma, on `reach`.
+    pub(super) gamma: Vec<Tile>,
+    /// Constants of `rows`.
+    pub(super) constants: Vec<Tile>,
+}
+
+/// What a correction is made from.
+pub(super) struct Surroundings<'a> {
+    pub(super) lattice: &'a Lattice,
+    pub(super) constants: &'a Constants,
+    /// d xi / d X at the last remesh, or nothing.
+    pub(super) stretch: &'a [Mat3],
+    /// Whether each row is corrected.
+    pub(super) flagged: &'a [bool],
+    /// B, component by component.
+    pub(super) wanted: &'a [f64],
+    /// Particles that held faces are lifted into.
+    pub(super) lifted: &'a [u32],
+}
+
+/// Cells of a body in layers from its surface: 0 is a cell that the surface cuts or that misses one of its 26
+/// neighbours; returns whether each lies in one of the first `layers`.
+pub(super) fn near_surface(lattice: &Lattice, cut: &[bool], layers: usize) -> Vec<bool> {
+    let around = |a: usize| {
+        let c = lattice.coordinates(a).map(|x| x as isize);
+        (0..27).filter(|k| *k != 13).map(move |k| {
+            let o = [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1];
+            lattice.particle(std::array::from_fn(|i| c[i] + o[i]))
+        })
+    };
+    let mut near: Vec<bool> =
+        (0..lattice.len()).into_par_iter().map(|a| cut[a] || around(a).any(|b| b.is_none())).collect();
+    for _ in 1..layers {
+        near = (0..lattice.len())
+            .into_par_iter()
+            .map(|a| near[a] || around(a).flatten().any(|b| near[b]))
+            .collect();
+    }
+    near
+}
+
+impl Correction {
+    /// Solves for gamma.
+    pub(super) fn new(body: &Surroundings<'_>) -> Self {
+        let Surroundings { lattice, constants, flagged, lifted, .. } = *body;
+        let tiles = &lattice.tiles;
+        let (mut has_row, mut is_reached) = (vec![false; tiles.len()], vec![false; tiles.len()]);
+        for a in (0..lattice.len()).filter(|a| flagged[*a]) {
+            let t = tiles.place(a).0;
+            (has_row[t], is_reached[t]) = (true, true);
+            for neighbour in &lattice.neighbours {
+                if let Some(b) = lattice.neighbour(a, neighbour) {
+                    is_reached[tiles.place(b).0] = true;
+                }
+            }
+        }
+        for a in lifted {
+            has_row[tiles.place(*a as usize).0] = true;
+        }
+        let rows = Part::new(lattice, |t| has_row[t]);
+        let reach = Part::new(lattice, |t| is_reached[t]);
+        let mut solver = Solver::new(body, &rows, &reach);
+        let gamma = solver.solve(body);
+        let mut tiled = vec![Tile::default(); 3 * reach.len()];
+        for (a, gamma) in gamma.iter().enumerate() {
+            let (t, lane) = tiles.place(a);
+            if let Some(number) = reach.number(t) {
+                for i in 0..3 {
+                    tiled[3 * number + i].0[lane] = gamma[i];
+                }
+            }
+        }
+        let mut row_constants = vec![Tile::default(); ROW * rows.len()];
+        for a in (0..lattice.len()).filter(|a| flagged[*a]) {
+            let (t, lane) = tiles.place(a);
+            let Some(number) = rows.number(t) else { continue };
+            let m = constants.moments(t, lane);
+            let (mut zeroth, mut first) = (Vec3::zeros(), Mat3::zeros());
+            for neighbour in &lattice.neighbours {
+                if let Some(b) = lattice.neighbour(a, neighbour) {
+                    let (t, lane) = tiles.place(b);
+                    let vw = constants.volume(t)[lane] * neighbour.w;
+                    zeroth += vw * gamma[b];
+                    first += vw * (gamma[b] - gamma[a]) * neighbour.x.transpose();
+                }
+            }
+            let slope = first * m.correction;
+            let mut values = [0.0; ROW];
+            values[0] = 1.0;
+            for i in 0..3 {
+                values[1 + i] = gamma[a][i];
+                values[4 + i] = zeroth[i] / m.volume;
+                for j in 0..3 {
+                    values[7 + 3 * i + j] = slope[(i, j)];
+                }
+            }
+            for (tile, value) in row_constants[ROW * number..][..ROW].iter_mut().zip(values) {
+                tile.0[lane] = value;
+            }
+        }
+        Self { rows, reach, gamma: tiled, constants: row_constants }
+    }
+
+    /// Whether there are neither corrected nor lifted rows.
+    pub(super) fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Constants of the row of a particle: z gamma, z sum V_b w gamma_b, z Gamma; `None` for a row that is not corrected.
+    pub(super) fn row(&self, tile: usize, lane: usize, volume: f64) -> Option<Row> {
+        let values = &self.constants[ROW * self.rows.number(tile)?..][..ROW];
+        let value = |c: usize| values[c].0[lane];
+        (value(0) > 0.0).then(|| Row {
+            gamma: Vec3::from_fn(|i, _| value(1 + i)),
+            zeroth: Vec3::from_fn(|i, _| value(4 + i)) * volume,
+            slope: Mat3::from_fn(|i, j| value(7 + 3 * i + j)),
+        })
+    }
+
+    /// gamma of a particle; zero where no corrected row sees it.
+    pub(super) fn gamma(&self, tile: usize, lane: usize) -> Vec3 {
+        self.reach
+            .number(tile)
+            .map_or_else(Vec3::zeros, |n| Vec3::from_fn(|i, _| self.gamma[3 * n + i].0[lane]))
+    }
+}
+
+/// Constants of a corrected row.
+pub(crate) struct Row {
+    pub(crate) gamma: Vec3,
+    /// sum V_b w gamma_b.
+    pub(crate) zeroth: Vec3,
+    /// Gamma.
+    pub(crate) slope: Mat3,
+}
+
+/// Source of the first sweep: the symmetric part of q (x) gamma, q = V z.
+pub(super) struct StrainSource<'a> {
+    pub(super) correction: &'a Correction,
+    pub(super) q: &'a [Tile],
+}
+
+impl EvenSource<SIDE_COMPONENTS> for StrainSource<'_> {
+    #[inline(always)]
+    fn read(&self, tile: usize, lines: &mut [Line; SIDE_COMPONENTS], at: usize) {
+        let Some(number) = self.correction.reach.number(tile) else {
+            return clear(lines, at);
+        };
+        let gamma = &self.correction.gamma[3 * number..][..3];
+        let q = &self.q[3 * tile..][..3];
+        for (Line(line), (i, j)) in lines.iter_mut().zip(PLACES) {
+            for (l, value) in line[at..at + LANES].iter_mut().enumerate() {
+                *value = if i == j {
+                    q[i].0[l] * gamma[i].0[l]
+                } else {
+                    0.5 * (q[i].0[l] * gamma[j].0[l] + q[j].0[l] * gamma[i].0[l])
+                };
+            }
+        }
+    }
+}
+
+/// Source of the second sweep: z Q and z Q gamma, Q = V sigma.
+pub(super) struct ForceSource<'a> {
+    pub(super) correction: &'a Correction,
+    /// Q, on the rows.
+    pub(super) stress: &'a [Tile],
+}
+
+impl EvenSource<FORCE_SUMS> for ForceSource<'_> {
+    #[inline(always)]
+    fn read(&self, tile: usize, lines: &mut [Line; FORCE_SUMS], at: usize) {
+        let Some(row) = self.correction.rows.number(tile) else {
+            return clear(lines, at);
+        };
+        let stress = &self.stress[SIDE_COMPONENTS * row..][..SIDE_COMPONENTS];
+        let constants = &self.correction.constants[ROW * row..][..ROW];
+        for (Line(line), stress) in lines.iter_mut().zip(stress) {
+            for (l, value) in line[at..at + LANES].iter_mut().enumerate() {
+                *value = constants[0].0[l] * stress.0[l];
+            }
+        }
+        for (i, Line(line)) in lines[SIDE_COMPONENTS..].iter_mut().enumerate() {
+            let [x, y, z] = super::linear::SYM[i].map(|c| &stress[c].0);
+            for (l, value) in line[at..at + LANES].iter_mut().enumerate() {
+                // z is in these constants.
+                *value = x[l] * constants[1].0[l] + y[l] * constants[2].0[l] + z[l] * constants[3].0[l];
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn clear(lines: &mut [Line], at: usize) {
+    for Line(line) in lines {
+        line[at..at + LANES].fill(0.0);
+    }
+}
+
+/// Conjugate gradients for gamma.
+struct Solver<'a> {
+    lattice: &'a Lattice,
+    constants: &'a Constants,
+    rows: &'a Part,
+    reach: &'a Part,
+    /// z V, on the rows.
+    zv: Vec<Tile>,
+    /// z V_a S[V] + V_a S[z V], the diagonal of the graph, of each particle.
+    graph: Vec<f64>,
+    /// The diagonal of H; zero where no corrected row sees a particle.
+    diagonal: Vec<f64>,
+    q: Vec<Tile>,
+    pair: Vec<Tile>,
+    adjoint: Vec<Tile>,
+    beside: Vec<Tile>,
+}
+
+impl<'a> Solver<'a> {
+    fn new(body: &Surroundings<'a>, rows: &'a Part, reach: &'a Part) -> Self {
+        let Surroundings { lattice, constants, flagged, .. } = *body;
+        let tiles = &lattice.tiles;
+        let mut zv = vec![Tile::default(); rows.len()];
+        for a in (0..lattice.len()).filter(|a| flagged[*a]) {
+            let (t, lane) = tiles.place(a);
+            if let Some(number) = rows.number(t) {
+                zv[number].0[lane] = constants.volume(t)[lane];
+            }
+        }
+        let moments = |a: usize| {
+            let (t, lane) = tiles.place(a);
+            constants.moments(t, lane)
+        };
+        let (graph, diagonal): (Vec<f64>, Vec<f64>) = (0..lattice.len())
+            .into_par_iter()
+            .map(|a| {
+                let m = moments(a);
+                let own = m.first.dot(&(m.correction * m.first));
+                let z = f64::from(u8::from(flagged[a]));
+                let (mut graph, mut slope) = (z * m.volume * m.zeroth, z * m.volume * own);
+                for neighbour in &lattice.neighbours {
+                    if let Some(c) = lattice.neighbour(a, neighbour).filter(|c| flagged[*c]) {
+                        let other = moments(c);
+                        let vw = m.volume * neighbour.w;
+                        graph += other.volume * vw;
+                        slope += other.volume * vw * vw * neighbour.x.dot(&(other.correction * neighbour.x));
+                    }
+                }
+                (graph, graph - slope)
+            })
+            .unzip();
+        Self {
+            lattice,
+            constants,
+            rows,
+            reach,
+            zv,
+            graph,
+            diagonal,
+            q: tiles.field(3),
+            pair: tiles.field(PAIR_COMPONENTS),
+            adjoint: tiles.field(3),
+            beside: vec![Tile::default(); 3 * reach.len()],
+        }
+    }
+
+    /// gamma of every particle.
+    fn solve(&mut self, body: &Surroundings<'_>) -> Vec<Vec3> {
+        let n = self.lattice.len();
+        let tiles = &self.lattice.tiles;
+        let moments: Vec<Moments> = (0..n)
+            .into_par_iter()
+            .map(|a| {
+                let (t, lane) = tiles.place(a);
+                self.constants.moments(t, lane)
+            })
+            .collect();
+        let area = area_vectors(self.lattice, &moments, body.stretch);
+        let least = 1e-9 * self.diagonal.iter().copied().fold(0.0, f64::max);
+        let is_free = |a: usize| self.diagonal[a] > least;
+        let mut r: Vec<f64> = (0..3 * n)
+            .map(|k| if is_free(k % n) { body.wanted[k] - area[k % n][k / n] } else { 0.0 })
+            .collect();
+        let inverse: Vec<f64> =
+            (0..n).map(|a| if is_free(a) { 1.0 / self.diagonal[a] } else { 0.0 }).collect();
+        self.project(&mut r, &is_free);
+        let (mut gamma, mut p, mut y) = (vec![0.0; 3 * n], vec![0.0; 3 * n], vec![0.0; 3 * n]);
+        let start = dots(&r, &r);
+        // What R has of motions that no row feels, other than linear ones, no gamma takes away: the best one so far stands.
+        let (mut best, mut least) = (gamma.clone(), start);
+        let mut before = [0.0; 3];
+        for iteration in 0..MAX_ITERATIONS {
+            let left = dots(&r, &r);
+            for i in 0..3 {
+                if left[i] < least[i] {
+                    best[i * n..(i + 1) * n].copy_from_slice(&gamma[i * n..(i + 1) * n]);
+                    least[i] = left[i];
+                }
+            }
+            let is_done =
+                |i: usize| left[i] <= start[i] * TOLERANCE * TOLERANCE || left[i] > least[i] * LOST * LOST;
+            if (0..3).all(is_done) {
+                break;
+            }
+            let rz: [f64; 3] = std::array::from_fn(|i| weighted(&r[i * n..(i + 1) * n], &inverse));
+            for i in 0..3 {
+                let beta = if iteration == 0 || before[i] <= 0.0 { 0.0 } else { rz[i] / before[i] };
+                let part = i * n..(i + 1) * n;
+                for ((p, r), inverse) in p[part.clone()].iter_mut().zip(&r[part]).zip(&inverse) {
+                    *p = inverse * r + beta * *p;
+                }
+            }
+            self.apply(&p, &mut y);
+            let py = dots(&p, &y);
+            for i in (0..3).filter(|&i| py[i] > 0.0) {
+                let alpha = rz[i] / py[i];
+                for k in i * n..(i + 1) * n {
+                    gamma[k] += alpha * p[k];
+                    r[k] -= if inverse[k - i * n] > 0.0 { alpha * y[k] } else { 0.0 };
+                }
+            }
+            before = rz;
+        }
+        (0..n).map(|a| Vec3::from_fn(|i, _| best[i * n + a])).collect()
+    }
+
+    /// Takes constants and linear fields on the lattice, which H does not feel, out of `r`.
+    fn project(&self, r: &mut [f64], is_free: &impl Fn(usize) -> bool) {
+        let n = self.lattice.len();
+        let free: Vec<usize> = (0..n).filter(|a| is_free(*a)).collect();
+        let middle = free.iter().map(|&a| self.lattice.position(a)).sum::<Vec3>() / free.len().max(1) as f64;
+        let basis = |a: usize| {
+            let x = (self.lattice.position(a) - middle) / self.lattice.spacing;
+            Vector4::new(1.0, x.x, x.y, x.z)
+        };
+        let moment: Matrix4<f64> = free.iter().map(|&a| basis(a) * basis(a).transpose()).sum();
+        let Some(inverse) = moment.try_inverse() else { return };
+        for r in r.chunks_exact_mut(n) {
+            let share = inverse * free.iter().map(|&a| basis(a) * r[a]).sum::<Vector4<f64>>();
+            for &a in &free {
+                r[a] -= share.dot(&basis(a));
+            }
+        }
+    }
+
+    /// y = H f, of fields component by component.
+    fn apply(&mut self, f: &[f64], y: &mut [f64]) {
+        let n = self.lattice.len();
+        scatter(&self.lattice.tiles, self.constants, f, None, &mut self.q);
+        let residual = Residual { constants: self.constants, rows: self.rows, zv: &self.zv, q: &self.q };
+        ops::gradient_sums(self.lattice, Some(self.rows), &self.q, &mut self.pair, None, &residual);
+        ops::adjoint_sums(self.lattice, Some(self.reach), &self.pair, &mut self.adjoint);
+        let weighted = Weighted { rows: self.rows, zv: &self.zv, q: &self.q };
+        ops::even_sums::<3>(self.lattice, self.reach, &weighted, &mut self.beside);
+        let (x, yz) = y.split_at_mut(n);
+        let (y, z) = yz.split_at_mut(n);
+        let this = &*self;
+        (x, y, z).into_par_iter().enumerate().with_min_len(PARTICLES_A_SUM).for_each(|(a, (x, y, z))| {
+            let (t, lane) = this.lattice.tiles.place(a);
+            let Some(number) = this.reach.number(t) else { return };
+            let volume = this.constants.volume(t)[lane];
+            let is_row = this.rows.number(t).is_some();
+            for (i, y) in [x, y, z].into_iter().enumerate() {
+                let own = if is_row { this.pair[t * PAIR_COMPONENTS + 9 + i].0[lane] } else { 0.0 };
+                *y = f[i * n + a] * this.graph[a]
+                    + own
+                    + volume * (this.adjoint[3 * t + i].0[lane] - this.beside[3 * number + i].0[lane]);
+            }
+        });
+    }
+}
+
+/// T = z V grad f, and T . first - z V S[V f].
+struct Residual<'a> {
+    constants: &'a Constants,
+    rows: &'a Part,
+    zv: &'a [Tile],
+    q: &'a [Tile],
+}
+
+impl Pointwise for Residual<'_> {
+    #[inline(always)]
+    fn transform<S: Simd>(
+        &self,
+        simd: S,
+        tile: usize,
+        lane: usize,
+        sums: &mut [S::f64s; PAIR_COMPONENTS],
+        _: &mut [Tile],
+    ) {
+        let zv = self.rows.number(tile).map_or([0.0; LANES], |number| self.zv[number].0);
+        let zv = ops::load(simd, &zv, lane);
+        let (l, first, volume) = self.constants.gradient_constants(simd, tile, lane);
+        for i in 0..3 {
+            let q = ops::load(simd, &self.q[tile * 3 + i].0, lane);
+            let h: [S::f64s; 3] =
+                std::array::from_fn(|j| simd.negate_mul_add_e_f64s(q, first[j], sums[3 * i + j]));
+            let g = super::linear::times(simd, h, &l);
+            let mut own = simd.splat_f64s(0.0);
+            for j in 0..3 {
+                sums[3 * i + j] = simd.mul_f64s(zv, g[j]);
+                own = simd.mul_add_e_f64s(sums[3 * i + j], first[j], own);
+            }
+            sums[9 + i] = simd.sub_f64s(simd.mul_f64s(own, volume), simd.mul_f64s(zv, sums[9 + i]));
+        }
+    }
+}
+
+/// Source of z V f.
+struct Weighted<'a> {
+    rows: &'a Part,
+    zv: &'a [Tile],
+    q: &'a [Tile],
+}
+
+impl EvenSource<3> for Weighted<'_> {
+    #[inline(always)]
+    fn read(&self, tile: usize, lines: &mut [Line; 3], at: usize) {
+        let Some(number) = self.rows.number(tile) else {
+            return clear(lines, at);
+        };
+        let zv = &self.zv[number].0;
+        for (i, Line(line)) in lines.iter_mut().enumerate() {
+            let q = &self.q[3 * tile + i].0;
+            for (l, value) in line[at..at + LANES].iter_mut().enumerate() {
+                // q = V f already.
+                *value = if zv[l] > 0.0 { q[l] } else { 0.0 };
+            }
+        }
+    }
+}
+
+/// Inner products of the three components, in an order that does not depend on the number of threads.
+fn dots(x: &[f64], y: &[f64]) -> [f64; 3] {
+    let n = x.len() / 3;
+    std::array::from_fn(|i| {
+        let part = i * n..(i + 1) * n;
+        let chunks = x[part.clone()].chunks(PARTICLES_A_SUM).zip(y[part].chunks(PARTICLES_A_SUM));
+        chunks.map(|(x, y)| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>()).sum()
+    })
+}
+
+/// r . D^-1 r.
+fn weighted(r: &[f64], inverse: &[f64]) -> f64 {
+    let chunks = r.chunks(PARTICLES_A_SUM).zip(inverse.chunks(PARTICLES_A_SUM));
+    chunks.map(|(r, d)| r.iter().zip(d).map(|(r, d)| r * r * d).sum::<f64>()).sum()
+}

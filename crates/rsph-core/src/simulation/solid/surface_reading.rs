@@ -1,0 +1,232 @@
+//! Strain and stress on the surface of a solid, read with the traction that is known there.
+//!
+//! The strain of the last layer of particles belongs to places half a spacing inside; on the surface a quadratic fit of the
+//! displacement gives the tangential strains, and the traction t the others: e = e_fit + sym(a (x) n) with sigma(e) n = t.
+//! Where the surface is held nobody knows t, and the fit stands alone. A Kelvin-Voigt solid has sigma = C (e + T de/dt):
+//! its stress follows from u + T v and t, and its strain from u and what t becomes in C e n, which obeys T ds/dt + s = t.
+
+use super::held::Held;
+use crate::boundary::load::SurfaceTraction;
+use crate::material::Material;
+use crate::mls::{Cloud, GradientFit};
+use crate::setup::{Load, Ramp, Setup};
+use crate::shape::Shape;
+use crate::tensor::{Mat3, SymTensor, Vec3};
+use rayon::prelude::*;
+
+/// Tolerance of regions for vertices of the zero level set, in spacings.
+const TOLERANCE: f64 = 0.1;
+
+/// The vertices of the undeformed surface, as readings want them.
+#[derive(Clone, Debug)]
+pub(super) struct SurfaceReading {
+    /// Place on the surface of the shape, outward normal, and whether it is held.
+    vertices: Vec<Vertex>,
+    /// C e n at an earlier time, from which it goes on: at the start, at rest, and when loads are replaced.
+    pub(super) settled: Settled,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Vertex {
+    x: Vec3,
+    normal: Vec3,
+    held: bool,
+}
+
+/// C e n of every vertex at some time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Settled {
+    /// When.
+    pub time: f64,
+    /// What; none where it is zero.
+    pub traction: Vec<Vec3>,
+}
+
+/// What a surface is loaded with.
+pub(super) struct Loading<'a> {
+    pub material: &'a dyn Material,
+    pub loads: &'a [Load],
+    pub shape: &'a dyn Shape,
+    pub spacing: f64,
+}
+
+impl<'a> Loading<'a> {
+    /// The loads of a set-up on particles that far apart.
+    pub fn of(setup: &'a Setup, spacing: f64) -> Self {
+        Self { material: &*setup.material, loads: &setup.loads, shape: &*setup.shape, spacing }
+    }
+}
+
+impl SurfaceReading {
+    /// Of the zero level set of a body with these vertices and normals.
+    pub fn new(shape: &dyn Shape, held: &Held, vertices: &[Vec3], normals: &[Vec3]) -> Self {
+        let vertex = |(x, normal): (&Vec3, &Vec3)| {
+            let x = x - shape.signed_distance(x) * normal;
+            Vertex { x, normal: *normal, held: held.held_at(&x, normal).is_some() }
+        };
+        let vertices = vertices.par_iter().zip(normals).map(vertex).collect();
+        Self { vertices, settled: Settled::default() }
+    }
+
+    /// Strain and stress of every vertex at time `t`, from the displacement u of the particles and u + T v.
+    pub fn read(
+        &self,
+        loading: &Loading<'_>,
+        (cloud, fits): (&Cloud<'_>, &[GradientFit]),
+        t: f64,
+        u: impl Fn(usize) -> Vec3 + Sync,
+        effective: impl Fn(usize) -> Vec3 + Sync,
+    ) -> Vec<(SymTensor, SymTensor)> {
+        let relaxation_time = loading.material.relaxation_time();
+        let tractions = Tractions::new(loading);
+        let read = |(i, (vertex, fit)): (usize, (&Vertex, &GradientFit))| {
+            let strain_of = |g: Mat3, traction: Vec3| with_traction(loading.material, vertex, &g, &traction);
+            let (now, settled) = if vertex.held {
+                (Vec3::zeros(), Vec3::zeros())
+            } else {
+                let now = tractions.at(vertex, |ramp| ramp.at(t));
+                (now, self.relaxed(i, vertex, &tractions, t, relaxation_time))
+            };
+            let strain = strain_of(cloud.gradient(fit, &u), settled);
+            let stress = if relaxation_time > 0.0 {
+                loading.material.stress(strain_of(cloud.gradient(fit, &effective), now))
+            } else {
+                loading.material.stress(strain)
+            };
+            (strain, stress)
+        };
+        self.vertices.par_iter().zip(fits).enumerate().map(read).collect()
+    }
+
+    /// Starts from the displacement u of the particles, which were deformed before they were loaded.
+    pub fn start_from(
+        &mut self,
+        material: &dyn Material,
+        (cloud, fits): (&Cloud<'_>, &[GradientFit]),
+        u: impl Fn(usize) -> Vec3 + Sync,
+    ) {
+        let of = |(vertex, fit): (&Vertex, &GradientFit)| {
+            material.stress(SymTensor::symmetric_part(&cloud.gradient(fit, &u))).dot(&vertex.normal)
+        };
+        let traction = self.vertices.par_iter().zip(fits).map(of).collect();
+        self.settled = Settled { time: 0.0, traction };
+    }
+
+    /// Remembers C e n of this moment: the loads are about to change.
+    pub fn settle(&mut self, loading: &Loading<'_>, t: f64, at_rest: bool) {
+        if loading.material.relaxation_time() == 0.0 {
+            return;
+        }
+        let relaxation_time = if at_rest { 0.0 } else { loading.material.relaxation_time() };
+        let tractions = Tractions::new(loading);
+        let each = |(i, vertex): (usize, &Vertex)| self.relaxed(i, vertex, &tractions, t, relaxation_time);
+        let traction = self.vertices.par_iter().enumerate().map(each).collect();
+        self.settled = Settled { time: t, traction };
+    }
+
+    /// C e n of vertex `i` at time `t`.
+    fn relaxed(&self, i: usize, vertex: &Vertex, tractions: &Tractions<'_>, t: f64, relaxation: f64) -> Vec3 {
+        if relaxation <= 0.0 {
+            return tractions.at(vertex, |ramp| ramp.at(t));
+        }
+        let Settled { time, traction } = &self.settled;
+        let before = traction.get(i).copied().unwrap_or_default() * ((time - t) / relaxation).exp();
+        before + tractions.at(vertex, |ramp| relaxed_factor(ramp, *time, t, relaxation))
+    }
+}
+
+/// The loads on a surface at factor 1, with their ramps.
+struct Tractions<'a> {
+    loads: Vec<(SurfaceTraction<'a>, &'a Ramp)>,
+    tolerance: f64,
+}
+
+impl<'a> Tractions<'a> {
+    fn new(loading: &Loading<'a>) -> Self {
+        let of = |load: &'a Load| (SurfaceTraction::new(&load.kind, loading.shape), &load.ramp);
+        Self { loads: loading.loads.iter().map(of).collect(), tolerance: TOLERANCE * loading.spacing }
+    }
+
+    /// The sum of all at a vertex, each times a factor.
+    fn at(&self, vertex: &Vertex, factor: impl Fn(&Ramp) -> f64) -> Vec3 {
+        let of = |(traction, ramp): &(SurfaceTraction<'_>, &Ramp)| {
+            traction.at(&vertex.x, &vertex.normal, self.tolerance) * factor(ramp)
+        };
+        self.loads.iter().map(of).sum()
+    }
+}
+
+/// The strain of the displacement gradient `g`, changed across the surface so that its stress has that traction; unchanged
+/// where the surface is held.
+fn with_traction(material: &dyn Material, vertex: &Vertex, g: &Mat3, traction: &Vec3) -> SymTensor {
+    let fit = SymTensor::symmetric_part(g);
+    if vertex.held {
+        return fit;
+    }
+    let n = &vertex.normal;
+    let across = |a: Vec3| SymTensor::symmetric_part(&(a * n.transpose()));
+    let acoustic = Mat3::from_columns(&std::array::from_fn::<_, 3, _>(|i| {
+        material.stress(across(Vec3::ith(i, 1.0))).dot(n)
+    }));
+    let missing = traction - material.stress(fit).dot(n);
+    acoustic.try_inverse().map_or(fit, |inverse| fit + across(inverse * missing))
+}
+
+/// s at time `to` with T ds/dt + s = the ramp's factor, from s = 0 at time `from`.
+fn relaxed_factor(ramp: &Ramp, from: f64, to: f64, relaxation: f64) -> f64 {
+    // Between corners the factor is a + b (t - t0), where s - (a + b (t - t0) - b T) decays.
+    let mut corners = [from, ramp.from.clamp(from, to), ramp.to.clamp(from, to), to];
+    corners.sort_by(f64::total_cmp);
+    corners.windows(2).fold(0.0, |s, ends| {
+        let (start, end) = (ends[0], ends[1]);
+        if end <= start {
+            return s;
+        }
+        let slope = ramp.rate(0.5 * (start + end));
+        let middle = ramp.at(0.5 * (start + end));
+        let steady = |t: f64| middle + slope * (t - 0.5 * (start + end) - relaxation);
+        steady(end) + (s - steady(start)) * (-(end - start) / relaxation).exp()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::KelvinVoigt;
+
+    #[test]
+    fn a_relaxed_factor_solves_its_equation() {
+        let relaxation = 0.2;
+        for ramp in [Ramp { from: 0.1, to: 0.4 }, Ramp { from: 0.3, to: 0.3 }, Ramp { from: -0.2, to: 0.1 }] {
+            let (steps, end) = (100_000, 0.9);
+            let dt = end / f64::from(steps);
+            let mut s = 0.0;
+            for k in 0..steps {
+                let t = (f64::from(k) + 0.5) * dt;
+                s += dt / relaxation * (ramp.at(t) - s);
+            }
+            let found = relaxed_factor(&ramp, 0.0, end, relaxation);
+            assert!((found - s).abs() < 1e-4, "{ramp:?}: {found} {s}");
+            // In two pieces, the first of which decays.
+            let first = relaxed_factor(&ramp, 0.0, 0.25, relaxation) * (-(end - 0.25) / relaxation).exp();
+            let pieces = first + relaxed_factor(&ramp, 0.25, end, relaxation);
+            assert!((found - pieces).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn the_traction_is_met_and_tangential_strains_stay() {
+        let material = KelvinVoigt::new(1.0, 10.0, 0.45, 0.0).unwrap();
+        let n = Vec3::new(1.0, -2.0, 0.5).normalize();
+        let vertex = Vertex { x: Vec3::zeros(), normal: n, held: false };
+        let g = Mat3::new(0.1, -0.3, 0.2, 0.05, 0.2, -0.1, 0.4, 0.15, -0.25);
+        let t = Vec3::new(0.3, -0.2, 1.0);
+        let e = with_traction(&material, &vertex, &g, &t);
+        assert!((material.stress(e).dot(&n) - t).norm() < 1e-12);
+        let flat = Mat3::identity() - n * n.transpose();
+        let of = |e: SymTensor| flat * e.to_matrix() * flat;
+        assert!((of(e) - of(SymTensor::symmetric_part(&g))).amax() < 1e-12);
+        let held = Vertex { held: true, ..vertex };
+        assert_eq!(with_traction(&material, &held, &g, &t), SymTensor::symmetric_part(&g));
+    }
+}
