@@ -58,7 +58,7 @@ impl<'a> Results<'a> {
         Self::new(None, 0, &mut [])
     }
 
-    /// Those of a tile; none if it has none.
+    /// The results of a tile; empty if it has none.
     #[inline(always)]
     pub fn of(&mut self, tile: usize) -> &mut [Tile] {
         if self.values.is_empty() {

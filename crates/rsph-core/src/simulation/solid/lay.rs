@@ -227,8 +227,8 @@ impl Undeformed {
         Ok(Anew { around, laid, elastic, quadrature, particles: new, folded_mass, rescaling: scale - 1.0 })
     }
 
-    /// The dynamics, without loads, of particles that were laid anew at `time` with the displacement `u`, and the
-    /// undeformed `surface` with their weights.
+    /// The dynamics, without loads, of particles remeshed at `time` with the displacement `u`, and the undeformed
+    /// `surface` with their weights.
     ///
     /// # Errors
     /// A body that has turned inside out, a boundary that holds none of it.
