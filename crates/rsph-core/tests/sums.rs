@@ -78,7 +78,6 @@ fn check(smoothing: f64) {
         (lattice.tiles.field(PAIR_COMPONENTS), lattice.tiles.field(3));
     ops::gradient_sums(&lattice, Some(&part), &q, &mut sums_of_part, None, &Plain);
     ops::adjoint_sums(&lattice, Some(&part), &t, &mut adjoint_of_part);
-    assert_eq!(part.tiles().count(), part.len());
 
     let vector = |a: usize| Vec3::from_column_slice(&values[3 * a..3 * a + 3]);
     let tensor = |a: usize| Mat3::from_row_slice(&tensors[9 * a..9 * a + 9]);

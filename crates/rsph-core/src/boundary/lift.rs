@@ -140,11 +140,6 @@ impl Lift {
         self.clusters.is_empty()
     }
 
-    /// Whether any held part moves.
-    pub fn moves(&self) -> bool {
-        self.clusters.iter().any(|c| c.holds.iter().any(|(i, _)| self.holds[*i].motion.is_some()))
-    }
-
     /// Particles near held parts, in rising order.
     pub fn particles(&self) -> &[u32] {
         &self.particles

@@ -77,11 +77,6 @@ impl Part {
         self.before[tile] as usize
     }
 
-    /// Its tiles, by their numbers in the body.
-    pub fn tiles(&self) -> impl Iterator<Item = usize> + '_ {
-        (1..self.before.len()).map(|next| next - 1).filter(|tile| self.number(*tile).is_some())
-    }
-
     /// Whether a pass has to work at row `y` of plane `z`, which may lie outside of the box.
     #[inline(always)]
     pub(super) fn wants(&self, pass: u8, column: usize, z: isize, y: isize) -> bool {
