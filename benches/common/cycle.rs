@@ -40,7 +40,7 @@ impl Cycle {
         let fits = |places: &[Vec3]| places.iter().map(|x| cloud.fit_at(x)).collect();
         let particles = LoadedParticles { positions: &positions, fits: &fits };
         let held = |x: &Vec3, n: &Vec3| constraints.held_at(x, n);
-        let surface = SurfaceQuadrature::new(cube.surface(), spacing, &particles, &held);
+        let surface = SurfaceQuadrature::new(cube.surface(), spacing, &particles, &constraints.holds, &held);
         let lattice = Lattice::new(&body.grid, &body.cells, 0.8);
         let material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).expect("liver"));
         let hourglass = Solver::ACCURATE.hourglass_modulus(100.0);

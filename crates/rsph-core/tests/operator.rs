@@ -219,7 +219,7 @@ fn internal_forces_of_a_free_body_have_no_resultant_and_no_moment() {
 fn load(body: &TestBody, traction: impl Fn(&SurfacePoint) -> Vec3 + Sync) -> Vec<f64> {
     let traction =
         Traction { at: &traction, reaches: &|_| true, resolution: &|_, _| f64::INFINITY, smooth: 0.0 };
-    body.surface.force(body.positions.len(), &traction, &|_, _| Mat3::identity()).unwrap()
+    body.surface.force(body.positions.len(), &traction).unwrap()
 }
 
 /// A constant stress balances its tractions: the linear field that has it is an exact equilibrium, for a body of any shape

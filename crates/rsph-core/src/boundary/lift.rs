@@ -10,7 +10,7 @@
 //! linear fields stay exact, and the force is the derivative of the energy. r is linear on each cluster of the
 //! surface: its coefficients are all that particles and clusters hand to each other.
 
-use super::constraints::{Hold, projectors};
+use super::constraints::Hold;
 use super::surface_quadrature::{Cluster, SurfaceQuadrature};
 use crate::setup::Motion;
 use crate::tensor::{Mat3, SymTensor, Vec3};
@@ -75,12 +75,12 @@ impl Lift {
     /// What boundaries that hold as `holds` says hold of `surface`, of a body with Young's modulus E and particles dx
     /// apart.
     pub fn new(surface: &SurfaceQuadrature, holds: &[Hold], young_modulus: f64, spacing: f64) -> Self {
-        let held: Vec<&Cluster> = surface.clusters.iter().filter(|c| c.held.is_some()).collect();
+        let held: Vec<&Cluster> = surface.clusters.iter().filter(|c| !c.held.is_empty()).collect();
         if held.is_empty() {
             return Self::default();
         }
         let mut number = vec![u32::MAX; surface.clusters.len()];
-        let all = surface.clusters.iter().enumerate().filter(|(_, c)| c.held.is_some());
+        let all = surface.clusters.iter().enumerate().filter(|(_, c)| !c.held.is_empty());
         for (k, (c, _)) in all.enumerate() {
             number[c] = k as u32;
         }
@@ -117,7 +117,7 @@ impl Lift {
         let clusters: Vec<HeldCluster> = held
             .iter()
             .enumerate()
-            .map(|(k, cluster)| held_cluster(surface, cluster, holds, end[k]..end[k + 1]))
+            .map(|(k, cluster)| held_cluster(surface, cluster, end[k]..end[k + 1]))
             .collect();
         Self {
             target: vec![Vec3::zeros(); holds.len()],
@@ -283,12 +283,7 @@ impl Lift {
 }
 
 /// A held cluster of `surface` with its pairs.
-fn held_cluster(
-    surface: &SurfaceQuadrature,
-    cluster: &Cluster,
-    holds: &[Hold],
-    pairs: Range<usize>,
-) -> HeldCluster {
+fn held_cluster(surface: &SurfaceQuadrature, cluster: &Cluster, pairs: Range<usize>) -> HeldCluster {
     let (mut mass, mut area) = (Matrix4::zeros(), 0.0);
     for k in cluster.panels.clone() {
         area += surface.panels[k].centre.area;
@@ -297,10 +292,9 @@ fn held_cluster(
             mass += p * p.transpose() * point.area;
         });
     }
-    let holds = projectors(holds, cluster.held.unwrap_or_default(), &cluster.normal);
     HeldCluster {
-        projector: holds.iter().map(|h| h.1).sum(),
-        holds,
+        projector: cluster.projector(),
+        holds: cluster.held.clone(),
         centre: cluster.centre,
         area,
         normal: cluster.normal,

@@ -1,7 +1,6 @@
 //! From a load to the forces on the particles.
 
 use crate::boundary::body_force::body_force;
-use crate::boundary::constraints::{Hold, projectors};
 use crate::boundary::flat_face::{Face, Faces};
 use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::patch::Patch;
@@ -13,7 +12,7 @@ use crate::grid::Bounds;
 use crate::region::Region;
 use crate::setup::{Load, LoadKind};
 use crate::shape::Shape;
-use crate::tensor::{Mat3, Vec3};
+use crate::tensor::Vec3;
 
 /// Longest triangle edge of the surface quadrature, in spacings, where the rim of a region cuts a triangle, of which all or nothing is loaded.
 const RESOLUTION_AT_RIM: f64 = 0.02;
@@ -33,8 +32,6 @@ pub struct LoadedBody<'a> {
     pub tolerance: f64,
     /// The surface with the weights of the particles.
     pub surface: &'a SurfaceQuadrature,
-    /// How the boundaries hold the surface.
-    pub holds: &'a [Hold],
     /// Flat faces that are loaded by the area vectors of an operator that does not balance its surface.
     pub faces: Option<Faces<'a>>,
 }
@@ -45,11 +42,8 @@ pub struct LoadedBody<'a> {
 /// `load[i]...` when a load acts on nothing.
 pub fn nodal_loads(loads: &[Load], body: &LoadedBody<'_>) -> Result<Vec<NodalLoad>, InvalidInput> {
     let n = body.mass.len();
-    let free = |set: u32, normal: &Vec3| {
-        Mat3::identity() - projectors(body.holds, set, normal).iter().map(|h| h.1).sum::<Mat3>()
-    };
     let on_surface = |i: usize, traction: &Traction<'_>| {
-        body.surface.force(n, traction, &free).ok_or_else(|| {
+        body.surface.force(n, traction).ok_or_else(|| {
             let Bounds { min, max } = body.shape.bounds();
             let place = |v: &Vec3| format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z);
             InvalidInput::new(

@@ -7,6 +7,7 @@
 //! changes in every frame is one look at each panel and 12 products for each pair of a cluster and a particle.
 //! The same weights serve loads, clamps and the balance of the gradient with its surface.
 
+use super::constraints::{Hold, projectors};
 use super::surface_load::{Panel, SurfacePoint, Traction, for_each_panel, three_points};
 use crate::fit::LinearFit;
 use crate::mesh::TriangleMesh;
@@ -35,8 +36,15 @@ pub(super) struct Cluster {
     pub(super) inverse: Matrix4<f64>,
     /// Mean outward normal.
     pub(super) normal: Vec3,
-    /// The boundaries that hold it, if any do.
-    pub(super) held: Option<u32>,
+    /// Number of each boundary that holds it, with the projector on what it holds; none where it is free.
+    pub(super) held: Vec<(usize, Mat3)>,
+}
+
+impl Cluster {
+    /// Projector on all that is held.
+    pub(super) fn projector(&self) -> Mat3 {
+        self.held.iter().map(|h| h.1).sum()
+    }
 }
 
 /// What a cluster's load does: a force W_a (A^T p(x_a)) on each particle, if there is any.
@@ -69,6 +77,15 @@ impl fmt::Debug for LoadedParticles<'_> {
 /// The boundaries that hold the surface at a point with that outward normal, a bit each; `None` where it is free.
 pub type HeldPart<'a> = dyn Fn(&Vec3, &Vec3) -> Option<u32> + Sync + 'a;
 
+/// What of a cluster's load acts on the body: its free components, if there are any.
+fn acting(cluster: &Cluster, pattern: Matrix4x3<f64>) -> Pattern {
+    if cluster.held.is_empty() {
+        return Some(pattern);
+    }
+    let acting = pattern * (Mat3::identity() - cluster.projector());
+    (acting != Matrix4x3::zeros()).then_some(acting)
+}
+
 /// What each particle carries.
 #[derive(Clone, Debug)]
 pub(super) struct Shares {
@@ -80,12 +97,13 @@ pub(super) struct Shares {
 }
 
 impl SurfaceQuadrature {
-    /// The quadrature of `surface` for particles `spacing` apart; no cluster reaches from one held part to another,
+    /// The quadrature of `surface` for particles `spacing` apart, held by boundaries that hold as `holds` says; no cluster reaches from one held part to another,
     /// or to where the surface is free.
     pub fn new(
         surface: &TriangleMesh,
         spacing: f64,
         particles: &LoadedParticles<'_>,
+        holds: &[Hold],
         held: &HeldPart<'_>,
     ) -> Self {
         // Smaller panels at the rim of a held part, of which a panel is all or nothing.
@@ -138,7 +156,9 @@ impl SurfaceQuadrature {
             .zip((particles.fits)(&middles))
             .map(|((held, panels), fit)| {
                 let LinearFit { centre, h, inverse, weights } = fit;
-                (Cluster { normal: normal(&panels), panels, centre, h, inverse, held }, weights)
+                let normal = normal(&panels);
+                let held = held.map_or_else(Vec::new, |set| projectors(holds, set, &normal));
+                (Cluster { normal, panels, centre, h, inverse, held }, weights)
             })
             .unzip();
         Self { panels, corners, clusters, shares: Shares::new(&weights, particles.positions) }
@@ -160,19 +180,9 @@ impl SurfaceQuadrature {
     }
 
     /// Forces of a traction on `particles` particles, component by component; `None` if it acts nowhere. Of a traction
-    /// on a held part only what `free` leaves of it acts on the body.
-    pub fn force(
-        &self,
-        particles: usize,
-        traction: &Traction<'_>,
-        free: &(dyn Fn(u32, &Vec3) -> Mat3 + Sync),
-    ) -> Option<Vec<f64>> {
-        let pattern = |c: &Cluster| {
-            let pattern = self.pattern(c, traction)?;
-            let Some(held) = c.held else { return Some(pattern) };
-            let acting = pattern * free(held, &c.normal);
-            (acting != Matrix4x3::zeros()).then_some(acting)
-        };
+    /// on a held part only free components act on the body.
+    pub fn force(&self, particles: usize, traction: &Traction<'_>) -> Option<Vec<f64>> {
+        let pattern = |c: &Cluster| acting(c, self.pattern(c, traction)?);
         let patterns: Vec<Pattern> = self.clusters.par_iter().with_min_len(TASK).map(pattern).collect();
         if patterns.iter().all(Option::is_none) {
             return None;
@@ -195,14 +205,15 @@ impl SurfaceQuadrature {
         three_points(&self.corners[panel], &centre.normal, centre.area, &mut visit);
     }
 
-    /// Forces on `particles` particles, component by component, of forces at the [`SurfaceQuadrature::points`].
+    /// Forces on `particles` particles, component by component, of forces at the [`SurfaceQuadrature::points`]; on a held
+    /// part only their free components.
     pub fn carry(&self, particles: usize, points: &[SurfacePoint], forces: &[Vec3]) -> Vec<f64> {
         let pattern = |cluster: &Cluster| {
             let mut sums = Sums::default();
             for k in 3 * cluster.panels.start..3 * cluster.panels.end {
                 sums.add(cluster, &points[k].x, &forces[k]);
             }
-            Some(sums.pattern(cluster))
+            acting(cluster, sums.pattern(cluster))
         };
         let patterns: Vec<Pattern> = self.clusters.par_iter().with_min_len(TASK).map(pattern).collect();
         self.carried(particles, &patterns)

@@ -63,7 +63,7 @@ pub fn body(
     let fits = |places: &[Vec3]| places.iter().map(|x| cloud.fit_at(x)).collect();
     let particles = LoadedParticles { positions: &positions, fits: &fits };
     let held = |x: &Vec3, n: &Vec3| constraints.held_at(x, n);
-    let surface = SurfaceQuadrature::new(shape.surface(), spacing, &particles, &held);
+    let surface = SurfaceQuadrature::new(shape.surface(), spacing, &particles, &constraints.holds, &held);
     let fixed = constraints.fixed(&positions).unwrap();
     let elastic = Elastic::new(lattice, &sampled.volume, fixed, material, modulus).with_surface(
         &surface,

@@ -200,7 +200,6 @@ impl<const D: usize> LargeBody<D> {
             spacing: self.spacing,
             tolerance: 1e-3 * self.spacing,
             surface: &surface,
-            holds: &[],
             faces: Some(Faces {
                 area_vectors: &area,
                 depth: FACE_DEPTH * self.dynamics.configuration.smoothing_length,
@@ -216,7 +215,7 @@ impl<const D: usize> LargeBody<D> {
         let fits =
             |places: &[Vec3]| self.fits(Degree::Linear, self.reference(), places, |_, fit| fit.linear());
         let particles = LoadedParticles { positions: self.reference(), fits: &fits };
-        SurfaceQuadrature::new(self.shape.surface(), self.spacing, &particles, &|_, _| None)
+        SurfaceQuadrature::new(self.shape.surface(), self.spacing, &particles, &[], &|_, _| None)
     }
 
     /// Weights of the particles at points of the undeformed body.

@@ -118,7 +118,7 @@ impl Laid {
             places.par_iter().map(|x| cloud.fit_at(x)).collect()
         };
         let particles = LoadedParticles { positions: &positions, fits: &fits };
-        SurfaceQuadrature::new(surface, spacing, &particles, &|x, n| held.held_at(x, n))
+        SurfaceQuadrature::new(surface, spacing, &particles, held.holds(), &|x, n| held.held_at(x, n))
     }
 
     /// The loads on the particles of `elastic`.
@@ -145,7 +145,6 @@ impl Laid {
             spacing,
             tolerance: 1e-3 * spacing,
             surface,
-            holds: held.holds(),
             faces: area.as_deref().map(|area_vectors| Faces {
                 area_vectors,
                 depth: flat_face::DEPTH * elastic.lattice.smoothing_length,
