@@ -88,7 +88,7 @@ fn too_few_neighbours() {
 fn a_load_that_turns_particles_inside_out() {
     let says = ["turned inside out (det F = ", "loads or moved parts are too much for this stiffness"];
     fails("tensile_liver", &["load.0.traction=[0, 0, -500]"], "inverted", 20, &says);
-    // A remesh between two looks finds that it can not lay the body anew, or that no step is short enough for what it laid.
+    // Between two looks a remesh fails, or leaves a lattice on which no step is short enough.
     let bench = Bench::new();
     let done = run(&bench, "tensile_liver", &["load.0.traction=[0, 0, -500]", "remesh.every=7"]);
     assert_eq!(done.code, Some(3), "{}", done.err);

@@ -1,6 +1,7 @@
 //! A shape becomes particles: one for every lattice cell that lies inside, with the inside
 //! fraction of its cell as volume.
 
+mod inside;
 mod lattice;
 mod occupy;
 mod search;
@@ -9,6 +10,8 @@ mod zero_surface;
 use crate::error::InvalidInput;
 use crate::grid::Grid;
 use crate::shape::{Shape, check};
+
+pub use inside::InsideFraction;
 
 /// How fine the lattice is.
 #[derive(Clone, Copy, Debug, PartialEq)]

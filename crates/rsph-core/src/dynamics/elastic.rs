@@ -257,8 +257,9 @@ impl Elastic {
         self.gather_pair(0..6)
     }
 
-    /// Gradient grad u in the undeformed body of every particle, without the correction near the surface: the
-    /// gradient of the fit around the particle.
+    /// Gradient grad u in the undeformed body of every particle, without the terms of the correction near the surface.
+    /// A field that is linear in the undeformed body is exact only where its lattice is that body's, or before
+    /// [`with_surface`](Self::with_surface).
     pub fn gradient(&mut self, t: f64, u: &[f64]) -> Vec<Mat3> {
         self.lift.set_targets(|m| m.displacement(t), |m| m.velocity(t));
         self.spread(u, None);

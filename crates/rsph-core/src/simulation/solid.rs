@@ -140,8 +140,7 @@ impl Solid {
         let mut body = sample(shape, setup.resolution, &alignment)?;
         let dx = body.grid.spacing;
         let anew = setup.remesh.trigger != RemeshTrigger::Never;
-        let (undeformed, laid) = Undeformed::new(&body, anew)
-            .map_err(|e| InvalidInput::new("body.spacing", dx, e.to_string(), "choose a larger spacing"))?;
+        let (undeformed, laid) = Undeformed::new(shape, &body, anew);
         let notes = left_out(&body, shape);
         let kept_surface = body.kept_surface.take().map(Arc::new);
         let Body { level_set, surface: zero_surface, cells, fraction, volume, .. } = body;

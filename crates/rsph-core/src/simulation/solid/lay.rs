@@ -14,8 +14,9 @@ use crate::error::{FailureKind, InvalidInput};
 use crate::mesh::TriangleMesh;
 use crate::particles::{Column, Field, Particles};
 use crate::remesh::{Carried, NodeLattice, NodeValues, RemeshError, fold};
-use crate::sample::{Body, MIN_FRACTION, is_cut};
+use crate::sample::{Body, InsideFraction, MIN_FRACTION, is_cut};
 use crate::setup::Setup;
+use crate::shape::Shape;
 use crate::tensor::{Mat3, Vec3};
 use std::sync::Arc;
 
@@ -29,8 +30,8 @@ const WORST_VOLUME: f64 = 0.1;
 pub(super) struct Undeformed {
     /// The lattice, of all remeshes.
     pub lattice: NodeLattice<3>,
-    /// Volumes, in cells, of the particles; of none if they stay where they are.
-    fraction: NodeValues<3>,
+    /// How much of a cell lies inside; `None` if the particles stay where they are.
+    inside: Option<InsideFraction>,
     /// Volume of the particles.
     volume: f64,
 }
@@ -81,41 +82,20 @@ pub(super) struct Anew {
 }
 
 impl Undeformed {
-    /// That of a sampled body with its particles, which are laid `anew` or stay where they are.
-    ///
-    /// # Errors
-    /// A lattice that memory does not hold.
-    pub fn new(body: &Body, anew: bool) -> Result<(Self, Laid), RemeshError> {
+    /// `shape` as it was sampled, with its particles, which are `remeshed` or stay where they are.
+    pub fn new(shape: &dyn Shape, body: &Body, remeshed: bool) -> (Self, Laid) {
         let dx = body.grid.spacing;
         let lattice = NodeLattice { origin: body.grid.origin, spacing: dx };
         let nodes = body.cells.iter().map(|c| c.map(|i| i as i64));
         let undeformed: Vec<Vec3> = body.cells.iter().map(|c| body.grid.centre(*c)).collect();
         let laid = Laid::new(nodes, &undeformed, body.volume.iter().copied(), body.cut());
-        let fraction = if anew {
-            let shares: Vec<f64> = body.volume.iter().map(|v| v / dx.powi(3)).collect();
-            NodeValues::from_nodes(lattice, &laid.nodes(), 1, &shares)?
-        } else {
-            NodeValues { lattice, rows: Vec::new(), columns: 1, values: Vec::new() }
-        };
-        Ok((Self { lattice, fraction, volume: laid.volume.iter().sum() }, laid))
+        let inside = remeshed.then(|| InsideFraction::new(shape, body));
+        (Self { lattice, inside, volume: laid.volume.iter().sum() }, laid)
     }
 
-    /// How much of a cell around `x` lies inside: between the cells of the lattice, their mean by overlap.
+    /// Inside fraction of the cell around `x`.
     fn fraction_at(&self, x: &Vec3) -> f64 {
-        let q = (x - self.lattice.origin) / self.lattice.spacing - Vec3::repeat(0.5);
-        let node = q.map(f64::floor);
-        if !node.iter().all(|c| c.abs() < 1e9) {
-            return 0.0;
-        }
-        let (node, part) = (node.map(|c| c as i64), q - node);
-        (0..8)
-            .map(|corner| {
-                let up: [i64; 3] = [corner & 1, corner >> 1 & 1, corner >> 2];
-                let weight: f64 = (0..3).map(|i| if up[i] == 1 { part[i] } else { 1.0 - part[i] }).product();
-                let number = self.fraction.number(std::array::from_fn(|i| node[i] + up[i]));
-                number.map_or(0.0, |n| weight * self.fraction.values[n])
-            })
-            .sum()
+        self.inside.as_ref().map_or(0.0, |inside| inside.at(x))
     }
 
     /// Whether the surface cuts the cells of particles that were at these places of the undeformed body.
