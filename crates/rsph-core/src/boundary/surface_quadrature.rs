@@ -158,7 +158,7 @@ impl SurfaceQuadrature {
                 let LinearFit { centre, h, inverse, weights } = fit;
                 let normal = normal(&panels);
                 let held = held.map_or_else(Vec::new, |set| projectors(holds, set, &normal));
-                (Cluster { normal, panels, centre, h, inverse, held }, weights)
+                (Cluster { panels, centre, h, inverse, normal, held }, weights)
             })
             .unzip();
         Self { panels, corners, clusters, shares: Shares::new(&weights, particles.positions) }
