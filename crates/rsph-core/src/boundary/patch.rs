@@ -12,6 +12,9 @@ const DEFAULT_RADIUS: f64 = 0.15;
 const RIGHT_PART: f64 = 0.6;
 /// Beyond this many radii nothing is left of the Gaussian (exp(-36) = 2e-16).
 const CUTOFF: f64 = 6.0;
+/// Cosine of the angle to the direction up to which a surface lies along it: it is not pushed, whatever rounding makes of a
+/// right angle.
+const ALONG: f64 = 1e-3;
 /// Longest triangle edge of the quadrature, in radii: the total force is then exact to 1e-4.
 const RESOLUTION: f64 = 0.25;
 /// The same where one point in the middle of each triangle does.
@@ -67,18 +70,22 @@ impl Patch {
             reaches: &|panel| {
                 let Panel { centre, edge } = panel;
                 let reach = CUTOFF * self.radius + edge;
-                centre.normal.dot(&self.direction) < 0.0
-                    && (centre.x - self.centre).norm_squared() < reach * reach
+                self.pushes(&centre.normal) && (centre.x - self.centre).norm_squared() < reach * reach
             },
             resolution: &|_, _| RESOLUTION * self.radius,
             smooth: RESOLUTION_OF_CENTRES * self.radius,
         })
     }
 
+    /// Whether a surface with that outward normal faces the push.
+    fn pushes(&self, normal: &Vec3) -> bool {
+        normal.dot(&self.direction) < -ALONG
+    }
+
     /// Traction at a surface point: p exp(-d^2/r^2) on the side that faces against the direction.
     pub fn traction(&self, point: &SurfacePoint) -> Vec3 {
         let square = (point.x - self.centre).norm_squared() / (self.radius * self.radius);
-        if point.normal.dot(&self.direction) < 0.0 && square < CUTOFF * CUTOFF {
+        if self.pushes(&point.normal) && square < CUTOFF * CUTOFF {
             self.direction * (self.pressure * (-square).exp())
         } else {
             Vec3::zeros()
