@@ -286,6 +286,13 @@ impl Cloud<'_> {
         (fit.slopes * moments).transpose()
     }
 
+    /// Whether `fit` rests on any particle that is marked.
+    pub fn rests_on(&self, fit: &GradientFit, marked: &[bool]) -> bool {
+        let mut any = false;
+        self.visit_weights(&fit.centre, fit.h, |a, _, _| any |= marked[a]);
+        any
+    }
+
     /// Visits (particle, weight, place over h) of the particles around `x`.
     fn visit_weights(&self, x: &Vec3, h: f64, mut visit: impl FnMut(usize, f64, &Vec3)) {
         let kernel = QuarticSpline::<3>::new(h);

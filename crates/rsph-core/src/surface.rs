@@ -59,14 +59,13 @@ impl Surface {
     }
 
     /// Replaces the strain and the stress of every vertex, and what follows from them, by these.
-    pub fn set_strain_and_stress(&mut self, read: &[(SymTensor, SymTensor)]) {
-        let normals = vertex_normals(&self.mesh);
+    pub fn set_strain_and_stress(&mut self, read: &[VertexStrain]) {
         let (normal, shear): (Vec<f64>, Vec<f64>) =
-            read.iter().zip(&normals).map(|((e, _), n)| normal_and_shear(*e, n)).unzip();
+            read.iter().map(|v| normal_and_shear(v.strain, &v.normal)).unzip();
         let new = [
-            ("strain", read.iter().flat_map(|(e, _)| e.0).collect()),
-            ("stress", read.iter().flat_map(|(_, s)| s.0).collect()),
-            ("von_mises", read.iter().map(|(_, s)| s.von_mises()).collect()),
+            ("strain", read.iter().flat_map(|v| v.strain.0).collect()),
+            ("stress", read.iter().flat_map(|v| v.stress.0).collect()),
+            ("von_mises", read.iter().map(|v| v.stress.von_mises()).collect()),
             ("normal_strain", normal),
             ("shear_strain", shear),
         ];
@@ -83,6 +82,17 @@ impl Surface {
     }
 }
 
+/// Strain and stress at a vertex of the surface, read with the traction there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VertexStrain {
+    /// Outward normal of the undeformed surface.
+    pub normal: Vec3,
+    /// Strain.
+    pub strain: SymTensor,
+    /// Stress (Pa).
+    pub stress: SymTensor,
+}
+
 /// Normal strain n.e.n and shear strain |e n - (n.e.n) n| on a surface with unit normal n, Fig. 7.
 fn normal_and_shear(strain: SymTensor, n: &Vec3) -> (f64, f64) {
     let e_n = strain.dot(n);
@@ -91,7 +101,7 @@ fn normal_and_shear(strain: SymTensor, n: &Vec3) -> (f64, f64) {
 }
 
 /// Unit normals of the vertices: means over their triangles, weighted by area.
-pub(crate) fn vertex_normals(mesh: &TriangleMesh) -> Vec<Vec3> {
+fn vertex_normals(mesh: &TriangleMesh) -> Vec<Vec3> {
     let mut normals = vec![Vec3::zeros(); mesh.vertices.len()];
     for t in &mesh.triangles {
         let [a, b, c] = t.map(|i| mesh.vertices[i as usize]);

@@ -91,6 +91,77 @@ fn a_moved_plate_strains_a_bar_uniformly() {
     assert!(sums.momentum_error < 1e-11, "{}", sums.momentum_error);
 }
 
+/// Beside an edge the stress on the surface is that of the face which is nearest, not of a normal between two faces.
+#[test]
+fn the_stress_on_the_surface_of_a_pulled_bar_is_uniform_up_to_its_edges() {
+    let mut s = setup(unit_cube(), Resolution::Spacing(1.0 / 6.3), 0.3);
+    let roller = |axis| Boundary { region: plane(axis, 0.0, Side::Below), fix: Fix::Normal, motion: None };
+    s.boundaries = [Axis::X, Axis::Y, Axis::Z].map(roller).to_vec();
+    let region = plane(Axis::Z, 1.0, Side::Above);
+    s.loads = vec![Load { kind: LoadKind::Traction { region, traction: Vec3::z() }, ramp: Ramp::default() }];
+    let mut simulation = Simulation::new(s).unwrap();
+    simulation.solve_static(0.0, &mut |_, _| true).unwrap();
+    let snapshot = simulation.snapshot();
+    let surface = simulation.surface(&snapshot);
+    let stress = &surface.field("stress").unwrap().values;
+    assert!(stress.len() > 1000);
+    for (k, s) in stress.iter().enumerate() {
+        let exact = if k % 6 == 2 { 1.0 } else { 0.0 };
+        // To what the correction is solved to.
+        assert!((s - exact).abs() < 1e-3, "{} {s}", k % 6);
+    }
+}
+
+/// What forces from outside do to the surface nobody tells: there the strain is that of the particles.
+#[test]
+fn strain_under_forces_from_outside_is_not_that_of_a_free_surface() {
+    let pressed = |from_outside: bool| {
+        let mut s = setup(SphereShape::new(0.5, Vec3::zeros()).unwrap(), Resolution::Spacing(0.1), 0.3);
+        let middle = Region::Ball { centre: Vec3::zeros(), radius: 0.1 };
+        s.boundaries = vec![Boundary { region: middle, fix: Fix::ALL, motion: None }];
+        let pressure = LoadKind::Pressure { region: Region::All, pressure: 1.0 };
+        if !from_outside {
+            s.loads = vec![Load { kind: pressure, ramp: Ramp::default() }];
+        }
+        let mut simulation = Simulation::new(s).unwrap();
+        if from_outside {
+            let surface = simulation.surface_quadrature().unwrap();
+            let points = surface.points();
+            let forces: Vec<Vec3> = points.iter().map(|p| -p.area * p.normal).collect();
+            let force = surface.carry(simulation.particles().len(), &points, &forces);
+            simulation.set_forces(&force).unwrap();
+        }
+        simulation.solve_static(0.0, &mut |_, _| true).unwrap();
+        let snapshot = simulation.snapshot();
+        let strain = simulation.surface(&snapshot).field("normal_strain").unwrap().values.clone();
+        strain.iter().sum::<f64>() / strain.len() as f64
+    };
+    let (known, unknown) = (pressed(false), pressed(true));
+    assert!((known / -0.004 - 1.0).abs() < 0.02, "{known}");
+    assert!((unknown / known - 1.0).abs() < 0.02, "{unknown} {known}");
+}
+
+/// A face along the push gets nothing of it, whatever rounding makes of the right angle.
+#[test]
+fn a_patch_load_does_not_push_the_faces_beside_it() {
+    let total = |turn: f64| {
+        let axis = Vec3::new(1.0, 2.0, 0.5).normalize();
+        let turned = |x: Vec3| nalgebra::Rotation3::new(axis * turn) * x;
+        let mut s = setup(SphereShape::new(1.0, Vec3::zeros()).unwrap(), Resolution::Spacing(0.2), 0.3);
+        let half = |x| Region::HalfSpace { point: Vec3::zeros(), normal: turned(x) };
+        let held = |x| Boundary { region: half(x), fix: Fix::Normal, motion: None };
+        s.boundaries = [Vec3::x(), Vec3::y(), Vec3::z()].map(held).to_vec();
+        let (centre, direction) = (PatchCentre::At(turned(Vec3::z())), -turned(Vec3::z()));
+        let kind = LoadKind::Patch { pressure: 1.0, centre, radius: Some(0.4), direction };
+        s.loads = vec![Load { kind, ramp: Ramp::default() }];
+        Simulation::new(s).unwrap().description().load.norm()
+    };
+    let straight = total(0.0);
+    for turn in [0.3, 0.5, 1.0] {
+        assert!((total(turn) / straight - 1.0).abs() < 0.01, "{turn}: {} {straight}", total(turn));
+    }
+}
+
 /// Mean strain inside a ball under unit pressure over the exact -(1 - 2 nu) p / E, less 1.
 fn ball_error(spacing: f64, smoothing: f64) -> f64 {
     let mut s = setup(SphereShape::new(0.5, Vec3::zeros()).unwrap(), Resolution::Spacing(spacing), 0.3);

@@ -76,6 +76,18 @@ impl NodalLoad {
         Self::add(loads, t, n, 0, [x, y, z]);
     }
 
+    /// Whether any of the loads acts on each of `n` particles; nothing if there are no loads.
+    pub fn acting_on(loads: &[Self], n: usize) -> Vec<bool> {
+        let mut marked = vec![false; if loads.is_empty() { 0 } else { n }];
+        for load in loads {
+            match &load.pattern {
+                Pattern::All(force) => force.iter().enumerate().for_each(|(k, f)| marked[k % n] |= *f != 0.0),
+                Pattern::Some(some) => some.iter().for_each(|(a, _)| marked[*a as usize] = true),
+            }
+        }
+        marked
+    }
+
     /// Total force at factor 1.
     pub fn total(&self) -> Vec3 {
         match &self.pattern {

@@ -30,12 +30,11 @@ use crate::shape::Shape;
 use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
 use crate::state::State;
-use crate::surface::{Surface, vertex_normals};
+use crate::surface::Surface;
 use crate::tensor::{Mat3, Vec3};
 use assemble::Laid;
 use held::{Held, with_cut_shape};
 use lay::{LayError, Undeformed};
-use rayon::prelude::*;
 use std::sync::Arc;
 use surface_reading::{Loading, SurfaceReading};
 
@@ -70,16 +69,22 @@ pub(super) struct Solid {
 #[derive(Clone, Debug)]
 struct SurfaceFits {
     weights: PointWeights,
+    /// At the places where strain and stress are read.
     gradients: Vec<GradientFit>,
     /// The reference positions of the particles that they were found for.
     reference: Arc<Vec<f64>>,
 }
 
 impl SurfaceFits {
-    fn new(cloud: &Cloud<'_>, vertices: &[Vec3], reference: Arc<Vec<f64>>) -> Self {
+    fn new(
+        cloud: &Cloud<'_>,
+        vertices: &[Vec3],
+        reading: Option<&SurfaceReading>,
+        reference: Arc<Vec<f64>>,
+    ) -> Self {
         Self {
             weights: PointWeights::new(cloud, vertices),
-            gradients: vertices.par_iter().map(|x| cloud.gradient_fit(x)).collect(),
+            gradients: reading.map_or_else(Vec::new, |reading| reading.fits(cloud)),
             reference,
         }
     }
@@ -160,6 +165,8 @@ impl Solid {
             elastic = elastic.with_surface(&quadrature, held.holds(), &laid.cut, &positions);
         }
         elastic.loads = laid.loads(setup, &elastic, &quadrature, &held)?;
+        let mut reading = (!is_paper)
+            .then(|| SurfaceReading::new(shape, &held, &quadrature.points(), &zero_surface.vertices, dx));
         drop(quadrature);
         let cloud = Cloud::new(&positions, &laid.volume, dx);
         let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
@@ -168,10 +175,7 @@ impl Solid {
             Ok(if anew { probe } else { probe.settled() })
         };
         let probes = setup.probes.iter().enumerate().map(probe).collect::<Result<Vec<_>, _>>()?;
-        let fits = SurfaceFits::new(&cloud, &zero_surface.vertices, Arc::default());
-        let mut reading = (!is_paper).then(|| {
-            SurfaceReading::new(shape, &held, &zero_surface.vertices, &vertex_normals(&zero_surface))
-        });
+        let fits = SurfaceFits::new(&cloud, &zero_surface.vertices, reading.as_ref(), Arc::default());
         if let (Some(reading), false) = (&mut reading, setup.initial.displacement.is_zero())
             && setup.material.relaxation_time() > 0.0
         {
@@ -233,6 +237,17 @@ impl Solid {
             reading,
         });
         Ok(Parts { model, particles, description })
+    }
+
+    /// Whether forces from outside act on each of `n` particles; nothing if there are none.
+    fn pushed(&self, n: usize) -> Vec<bool> {
+        match &self.matter {
+            // The loads of the set-up come first.
+            Matter::Adjoint(elastic) => {
+                NodalLoad::acting_on(elastic.loads.get(self.setup.loads.len()..).unwrap_or_default(), n)
+            }
+            Matter::Paper(_) => Vec::new(),
+        }
     }
 
     /// The surface that is loaded and held, undeformed.
@@ -395,7 +410,8 @@ impl Model for Solid {
         let fits = if Arc::ptr_eq(&self.fits.reference, &reference.share()) {
             &self.fits
         } else {
-            other.insert(SurfaceFits::new(&cloud, &self.zero_surface.vertices, reference.share()))
+            let vertices = &self.zero_surface.vertices;
+            other.insert(SurfaceFits::new(&cloud, vertices, self.reading.as_ref(), reference.share()))
         };
         let mut surface = Surface::new(&self.zero_surface, &fits.weights, snapshot);
         if let Some(reading) = self.reading.as_ref().filter(|_| snapshot.particles.has(Field::Strain)) {
@@ -407,6 +423,7 @@ impl Model for Solid {
             surface.set_strain_and_stress(&reading.read(
                 &loading,
                 fits,
+                &self.pushed(positions.len()),
                 snapshot.time,
                 |a| u.vector(a),
                 effective,
@@ -426,6 +443,7 @@ impl Model for Solid {
             let fits = SurfaceFits::new(
                 &self.cloud(&positions),
                 &self.zero_surface.vertices,
+                self.reading.as_ref(),
                 Arc::clone(&reference),
             );
             self.fits = fits;

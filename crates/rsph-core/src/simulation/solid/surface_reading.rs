@@ -2,25 +2,31 @@
 //!
 //! The strain of the last layer of particles belongs to places half a spacing inside; on the surface a quadratic fit of the
 //! displacement gives the tangential strains, and the traction t the others: e = e_fit + sym(a (x) n) with sigma(e) n = t.
-//! Where the surface is held nobody knows t, and the fit stands alone. A Kelvin-Voigt solid has sigma = C (e + T de/dt):
+//! Where the surface is held, or pushed by forces from outside, nobody knows t, and the fit stands alone. A Kelvin-Voigt solid has sigma = C (e + T de/dt):
 //! its stress follows from u + T v and t, and its strain from u and what t becomes in C e n, which obeys T ds/dt + s = t.
 
 use super::held::Held;
 use crate::boundary::load::SurfaceTraction;
+use crate::boundary::surface_load::SurfacePoint;
 use crate::material::Material;
 use crate::mls::{Cloud, GradientFit};
+use crate::neighbors::CellList;
 use crate::setup::{Load, Ramp, Setup};
 use crate::shape::Shape;
+use crate::surface::VertexStrain;
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use rayon::prelude::*;
 
+/// Radius over which normals are averaged, in spacings.
+const SMOOTH: f64 = 0.75;
+/// Cosine of the angle up to which the surface bends and is not an edge between two faces: 30 degrees.
+const SAME_FACE: f64 = 0.866;
 /// Tolerance of regions for vertices of the zero level set, in spacings.
 const TOLERANCE: f64 = 0.1;
 
 /// The vertices of the undeformed surface, as readings want them.
 #[derive(Clone, Debug)]
 pub(super) struct SurfaceReading {
-    /// Place on the surface of the shape, outward normal, and whether it is held.
     vertices: Vec<Vertex>,
     /// C e n at an earlier time, from which it goes on: at the start, at rest, and when loads are replaced.
     pub(super) settled: Settled,
@@ -28,7 +34,9 @@ pub(super) struct SurfaceReading {
 
 #[derive(Clone, Copy, Debug)]
 struct Vertex {
+    /// Place on the surface of the shape.
     x: Vec3,
+    /// Outward normal there; beside an edge that of the face that is nearest.
     normal: Vec3,
     held: bool,
 }
@@ -58,30 +66,66 @@ impl<'a> Loading<'a> {
 }
 
 impl SurfaceReading {
-    /// Of the zero level set of a body with these vertices and normals.
-    pub fn new(shape: &dyn Shape, held: &Held, vertices: &[Vec3], normals: &[Vec3]) -> Self {
-        let vertex = |(x, normal): (&Vec3, &Vec3)| {
-            let x = x - shape.signed_distance(x) * normal;
-            Vertex { x, normal: *normal, held: held.held_at(&x, normal).is_some() }
+    /// Of the zero level set of a body with these vertices; `points` cover its surface, held as `held` says.
+    pub fn new(
+        shape: &dyn Shape,
+        held: &Held,
+        points: &[SurfacePoint],
+        vertices: &[Vec3],
+        spacing: f64,
+    ) -> Self {
+        let places: Vec<Vec3> = points.iter().map(|p| p.x).collect();
+        let cells = CellList::new(&places, SMOOTH * spacing);
+        let is_held = |p: &SurfacePoint| held.held_at(&p.x, &p.normal).is_some();
+        let vertex = |x: &Vec3| {
+            let Some((nearest, _)) = cells.nearest(&places, x, f64::INFINITY) else {
+                return Vertex { x: *x, normal: Vec3::zeros(), held: true };
+            };
+            let nearest = &points[nearest];
+            let is_held_there = is_held(nearest);
+            let mut normal = nearest.normal * (1e-9 * spacing * spacing);
+            cells.visit_near(&nearest.x, SMOOTH * spacing, |k| {
+                let p = &points[k as usize];
+                let near = 1.0 - (p.x - nearest.x).norm() / (SMOOTH * spacing);
+                let goes_on = p.normal.dot(&nearest.normal) > SAME_FACE;
+                if near > 0.0 && goes_on && is_held(p) == is_held_there {
+                    normal += p.normal * (p.area * near);
+                }
+            });
+            let normal = normal.normalize();
+            Vertex { x: x - shape.signed_distance(x) * normal, normal, held: is_held_there }
         };
-        let vertices = vertices.par_iter().zip(normals).map(vertex).collect();
-        Self { vertices, settled: Settled::default() }
+        Self { vertices: vertices.par_iter().map(vertex).collect(), settled: Settled::default() }
     }
 
-    /// Strain and stress of every vertex at time `t`, from the displacement u of the particles and u + T v.
+    /// Fits of the gradient at the places that are read.
+    pub fn fits(&self, cloud: &Cloud<'_>) -> Vec<GradientFit> {
+        self.vertices.par_iter().map(|v| cloud.gradient_fit(&v.x)).collect()
+    }
+
+    /// Strain and stress of every vertex at time `t`, from the displacement u of the particles and u + T v. The traction
+    /// is not known near particles that are `pushed` by forces from outside (nothing: there are none).
     pub fn read(
         &self,
         loading: &Loading<'_>,
         (cloud, fits): (&Cloud<'_>, &[GradientFit]),
+        pushed: &[bool],
         t: f64,
         u: impl Fn(usize) -> Vec3 + Sync,
         effective: impl Fn(usize) -> Vec3 + Sync,
-    ) -> Vec<(SymTensor, SymTensor)> {
+    ) -> Vec<VertexStrain> {
         let relaxation_time = loading.material.relaxation_time();
         let tractions = Tractions::new(loading);
         let read = |(i, (vertex, fit)): (usize, (&Vertex, &GradientFit))| {
-            let strain_of = |g: Mat3, traction: Vec3| with_traction(loading.material, vertex, &g, &traction);
-            let (now, settled) = if vertex.held {
+            let unknown = vertex.held || (!pushed.is_empty() && cloud.rests_on(fit, pushed));
+            let strain_of = |g: Mat3, traction: Vec3| {
+                if unknown {
+                    SymTensor::symmetric_part(&g)
+                } else {
+                    with_traction(loading.material, &vertex.normal, &g, &traction)
+                }
+            };
+            let (now, settled) = if unknown {
                 (Vec3::zeros(), Vec3::zeros())
             } else {
                 let now = tractions.at(vertex, |ramp| ramp.at(t));
@@ -93,7 +137,7 @@ impl SurfaceReading {
             } else {
                 loading.material.stress(strain)
             };
-            (strain, stress)
+            VertexStrain { normal: vertex.normal, strain, stress }
         };
         self.vertices.par_iter().zip(fits).enumerate().map(read).collect()
     }
@@ -156,14 +200,9 @@ impl<'a> Tractions<'a> {
     }
 }
 
-/// The strain of the displacement gradient `g`, changed across the surface so that its stress has that traction; unchanged
-/// where the surface is held.
-fn with_traction(material: &dyn Material, vertex: &Vertex, g: &Mat3, traction: &Vec3) -> SymTensor {
+/// The strain of the displacement gradient `g`, changed across the surface with normal n so that its stress has that traction.
+fn with_traction(material: &dyn Material, n: &Vec3, g: &Mat3, traction: &Vec3) -> SymTensor {
     let fit = SymTensor::symmetric_part(g);
-    if vertex.held {
-        return fit;
-    }
-    let n = &vertex.normal;
     let across = |a: Vec3| SymTensor::symmetric_part(&(a * n.transpose()));
     let acoustic = Mat3::from_columns(&std::array::from_fn::<_, 3, _>(|i| {
         material.stress(across(Vec3::ith(i, 1.0))).dot(n)
@@ -218,15 +257,12 @@ mod tests {
     fn the_traction_is_met_and_tangential_strains_stay() {
         let material = KelvinVoigt::new(1.0, 10.0, 0.45, 0.0).unwrap();
         let n = Vec3::new(1.0, -2.0, 0.5).normalize();
-        let vertex = Vertex { x: Vec3::zeros(), normal: n, held: false };
         let g = Mat3::new(0.1, -0.3, 0.2, 0.05, 0.2, -0.1, 0.4, 0.15, -0.25);
         let t = Vec3::new(0.3, -0.2, 1.0);
-        let e = with_traction(&material, &vertex, &g, &t);
+        let e = with_traction(&material, &n, &g, &t);
         assert!((material.stress(e).dot(&n) - t).norm() < 1e-12);
         let flat = Mat3::identity() - n * n.transpose();
         let of = |e: SymTensor| flat * e.to_matrix() * flat;
         assert!((of(e) - of(SymTensor::symmetric_part(&g))).amax() < 1e-12);
-        let held = Vertex { held: true, ..vertex };
-        assert_eq!(with_traction(&material, &held, &g, &t), SymTensor::symmetric_part(&g));
     }
 }
