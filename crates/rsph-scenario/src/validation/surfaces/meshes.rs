@@ -67,19 +67,21 @@ pub fn hollow(inner: f64, outer: f64, refinements: usize) -> TriangleMesh {
     mesh
 }
 
-/// A ring about z from z = 0 to `height`, of so many flat sides, with the area of the exact one.
-pub fn ring(inner: f64, outer: f64, height: f64, sides: u32) -> TriangleMesh {
+/// A tube about z from z = 0 to `height` between two closed curves, of so many flat sides: where the curves are at an angle.
+pub fn tube(
+    inner: impl Fn(f64) -> [f64; 2],
+    outer: impl Fn(f64) -> [f64; 2],
+    height: f64,
+    sides: u32,
+) -> TriangleMesh {
     let step = std::f64::consts::TAU / f64::from(sides);
-    // A polygon of the area of the circle.
-    let factor = (step / step.sin()).sqrt();
-    let corner = |k: u32, r: f64, z: f64| {
-        let angle = (f64::from(k) + 0.5) * step;
-        Vec3::new(factor * r * angle.cos(), factor * r * angle.sin(), z)
-    };
     let mut mesh = TriangleMesh { vertices: Vec::new(), triangles: Vec::new() };
     for k in 0..sides {
-        for (r, z) in [(inner, 0.0), (outer, 0.0), (outer, height), (inner, height)] {
-            mesh.vertices.push(corner(k, r, z));
+        // No corner lies on an axis, where bodies are cut.
+        let angle = (f64::from(k) + 0.5) * step;
+        let (a, b) = (inner(angle), outer(angle));
+        for ([x, y], z) in [(a, 0.0), (b, 0.0), (b, height), (a, height)] {
+            mesh.vertices.push(Vec3::new(x, y, z));
         }
     }
     for k in 0..sides {
@@ -90,6 +92,13 @@ pub fn ring(inner: f64, outer: f64, height: f64, sides: u32) -> TriangleMesh {
         }
     }
     if mesh.volume() < 0.0 { mesh.flipped() } else { mesh }
+}
+
+/// An ellipse with these half axes, as a polygon of so many sides with the area of the exact one.
+pub fn ellipse(half: [f64; 2], sides: u32) -> impl Fn(f64) -> [f64; 2] {
+    let step = std::f64::consts::TAU / f64::from(sides);
+    let factor = (step / step.sin()).sqrt();
+    move |angle| [factor * half[0] * angle.cos(), factor * half[1] * angle.sin()]
 }
 
 /// A shape of a mesh.
