@@ -30,8 +30,8 @@ TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
 BENCH = ["cargo", "bench", "--quiet", "--locked", "-p", "rsph-core", "--bench"]
 SCENARIOS = ROOT / "scenarios"
 THREADS = os.cpu_count() or 1
-WIDE = ["solver.smoothing=1.25", "solver.hourglass=0.1"]
-NARROW = ["solver.smoothing=0.8", "solver.hourglass=0.4"]
+WIDE = ["solver.smoothing=1.25"]
+NARROW = ["solver.smoothing=0.8"]
 SIZES = ["10000", "30000", "100000", "300000", "1000000"]
 HUGE_PAGES = {"GLIBC_TUNABLES": "glibc.malloc.hugetlb=1"}
 RK4 = ["time.integrator=rk4", "time.dt=auto"]

@@ -23,9 +23,9 @@ use rayon::prelude::*;
 
 /// |B - A| at which gamma is good enough, as a share of that without the correction. Linear exactness and symmetry do not
 /// depend on it.
-const TOLERANCE: f64 = 3e-4;
+const TOLERANCE: f64 = 5e-5;
 /// Iterations after which gamma is good enough in any case.
-const MAX_ITERATIONS: usize = 300;
+const MAX_ITERATIONS: usize = 1000;
 /// Growth of |B - A| over the least so far at which a component is given up.
 const LOST: f64 = 30.0;
 /// Particles that one partial sum covers.
