@@ -212,7 +212,7 @@ def test_observers_see_every_frame_or_every_step():
     assert sim.steps == steps[-1].step + 1
 
 
-@pytest.mark.parametrize("changes", [{}, {"remesh_every": 10, "dt": 0.0009}, {"large": True}])
+@pytest.mark.parametrize("changes", [{}, {"remesh_every": 10, "dt": 0.0005}, {"large": True}])
 def test_probes_can_be_added(changes):
     changes = dict(changes)
     if changes.pop("large", False):
