@@ -132,6 +132,7 @@ impl Elastic {
         self.correction = Correction::new(&Surroundings {
             lattice: &self.lattice,
             constants: &self.constants,
+            moments: &self.moments(),
             stretch: &self.stretch,
             flagged: &flagged,
             wanted: &surface.area_vectors(self.len()),

@@ -55,6 +55,8 @@ pub(super) struct Correction {
 pub(super) struct Surroundings<'a> {
     pub(super) lattice: &'a Lattice,
     pub(super) constants: &'a Constants,
+    /// Moments of each particle.
+    pub(super) moments: &'a [Moments],
     /// d xi / d X at the last remesh, or nothing.
     pub(super) stretch: &'a [Mat3],
     /// Whether each row is corrected.
@@ -121,7 +123,7 @@ impl Correction {
         for a in (0..lattice.len()).filter(|a| flagged[*a]) {
             let (t, lane) = tiles.place(a);
             let Some(number) = rows.number(t) else { continue };
-            let m = constants.moments(t, lane);
+            let m = &body.moments[a];
             let (mut zeroth, mut first) = (Vec3::zeros(), Mat3::zeros());
             for neighbour in &lattice.neighbours {
                 if let Some(b) = lattice.neighbour(a, neighbour) {
@@ -264,7 +266,7 @@ struct Solver<'a> {
 
 impl<'a> Solver<'a> {
     fn new(body: &Surroundings<'a>, rows: &'a Part, reach: &'a Part) -> Self {
-        let Surroundings { lattice, constants, flagged, .. } = *body;
+        let Surroundings { lattice, constants, moments, flagged, .. } = *body;
         let tiles = &lattice.tiles;
         let mut zv = vec![Tile::default(); rows.len()];
         for a in (0..lattice.len()).filter(|a| flagged[*a]) {
@@ -273,20 +275,16 @@ impl<'a> Solver<'a> {
                 zv[number].0[lane] = constants.volume(t)[lane];
             }
         }
-        let moments = |a: usize| {
-            let (t, lane) = tiles.place(a);
-            constants.moments(t, lane)
-        };
         let (graph, diagonal): (Vec<f64>, Vec<f64>) = (0..lattice.len())
             .into_par_iter()
             .map(|a| {
-                let m = moments(a);
+                let m = &moments[a];
                 let own = m.first.dot(&(m.correction * m.first));
                 let z = f64::from(u8::from(flagged[a]));
                 let (mut graph, mut slope) = (z * m.volume * m.zeroth, z * m.volume * own);
                 for neighbour in &lattice.neighbours {
                     if let Some(c) = lattice.neighbour(a, neighbour).filter(|c| flagged[*c]) {
-                        let other = moments(c);
+                        let other = &moments[c];
                         let vw = m.volume * neighbour.w;
                         graph += other.volume * vw;
                         slope += other.volume * vw * vw * neighbour.x.dot(&(other.correction * neighbour.x));
@@ -313,15 +311,7 @@ impl<'a> Solver<'a> {
     /// gamma of every particle.
     fn solve(&mut self, body: &Surroundings<'_>) -> Vec<Vec3> {
         let n = self.lattice.len();
-        let tiles = &self.lattice.tiles;
-        let moments: Vec<Moments> = (0..n)
-            .into_par_iter()
-            .map(|a| {
-                let (t, lane) = tiles.place(a);
-                self.constants.moments(t, lane)
-            })
-            .collect();
-        let area = area_vectors(self.lattice, &moments, body.stretch);
+        let area = area_vectors(self.lattice, body.moments, body.stretch);
         let least = 1e-9 * self.diagonal.iter().copied().fold(0.0, f64::max);
         let is_free = |a: usize| self.diagonal[a] > least;
         let mut r: Vec<f64> = (0..3 * n)
