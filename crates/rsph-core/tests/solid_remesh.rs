@@ -271,7 +271,7 @@ fn what_can_not_be_laid_anew_ends_the_run() {
         })),
         20,
     );
-    assert!(torn.what.contains("laid anew") && torn.remedy.contains("remesh"), "{torn}");
+    assert!(torn.what.contains("remeshing failed") && torn.remedy.contains("remesh"), "{torn}");
     let gone = fails(VectorField::Constant(Vec3::repeat(1e12)), 1);
     assert_eq!(gone.kind, FailureKind::Scattered);
     assert!(gone.what.contains("no lattice reaches"), "{gone}");

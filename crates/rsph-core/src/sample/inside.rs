@@ -29,7 +29,7 @@ pub struct InsideFraction {
 }
 
 impl InsideFraction {
-    /// That of `shape`, whose sample is `body`, without pieces that hold no particle.
+    /// Fills the cut cells of `body`, the sample of `shape`; pieces of the shape that hold no particle count as outside.
     pub fn new(shape: &dyn Shape, body: &Body) -> Self {
         let spacing = body.grid.spacing;
         let grid = Grid {
@@ -86,7 +86,7 @@ impl InsideFraction {
         Self { grid, block, fine }
     }
 
-    /// Inside fraction of the cell around `x`.
+    /// Inside fraction, 0 to 1, of the cell around `x`; 0 where `x` is not finite.
     pub fn at(&self, x: &Vec3) -> f64 {
         // Its lower corner, in fine cells from the first one.
         let corner = (x - self.grid.origin) / self.grid.spacing - Vec3::repeat(0.5);

@@ -141,7 +141,7 @@ impl<const D: usize> Model for LargeSolid<D> {
             kind: FailureKind::Inverted,
             time: moment.time,
             step: moment.step,
-            what: format!("the body can not be laid anew: {error}"),
+            what: format!("remeshing failed: {error}"),
             place: if let LargeRemeshError::Torn(place) = error { Some(*place) } else { None },
             remedy:
                 "remesh earlier (a smaller `remesh.every`, or \"auto\"), load more slowly, or take a smaller \

@@ -471,7 +471,7 @@ fn failure(error: &LayError, moment: Moment) -> Failure {
         kind,
         time: moment.time,
         step: moment.step,
-        what: format!("the body can not be laid anew: {error}"),
+        what: format!("remeshing failed: {error}"),
         place,
         remedy: "remesh more often (`remesh.every`), and check the loads against the stiffness of the \
                  material"
