@@ -9,8 +9,8 @@ pub fn corner(k: usize) -> [usize; 3] {
 }
 
 /// Stiffness between the corners of a cube with edge 1; that of a cube with edge H is H times this.
-/// Block (m, n) is the force on corner m against a displacement of corner n.
-pub fn stiffness(material: &dyn Material) -> [[Mat3; 8]; 8] {
+/// Block (m, n) is the force on corner m against a displacement of corner n. Of the pressure a share `bulk` counts.
+pub fn stiffness(material: &dyn Material, bulk: f64) -> [[Mat3; 8]; 8] {
     // Two Gauss points along each axis are exact for trilinear functions.
     let gauss = |k: usize| if k == 0 { 0.5 - 0.75_f64.sqrt() / 3.0 } else { 0.5 + 0.75_f64.sqrt() / 3.0 };
     let mut blocks = [[Mat3::zeros(); 8]; 8];
@@ -24,6 +24,8 @@ pub fn stiffness(material: &dyn Material) -> [[Mat3; 8]; 8] {
         for n in 0..8 {
             for j in 0..3 {
                 let sigma = material.stress(strain(n, j));
+                let less = (bulk - 1.0) / 3.0 * (sigma.0[0] + sigma.0[1] + sigma.0[2]);
+                let sigma = sigma + SymTensor([less, less, less, 0.0, 0.0, 0.0]);
                 for (m, block) in blocks.iter_mut().enumerate() {
                     for i in 0..3 {
                         block[n][(i, j)] += strain(m, i).double_dot(sigma) / 8.0;
@@ -51,7 +53,7 @@ mod tests {
     #[test]
     fn a_uniform_strain_meets_its_energy_and_a_rotation_no_force() {
         let material = KelvinVoigt::new(1.0, 10.0, 0.3, 0.0).unwrap();
-        let k = stiffness(&material);
+        let k = stiffness(&material, 1.0);
         let position = |n: usize| Vec3::from_fn(|i, _| corner(n)[i] as f64);
         let force = |g: &Mat3, m: usize| (0..8).map(|n| k[m][n] * (g * position(n))).sum::<Vec3>();
         let g = Mat3::new(0.1, -0.3, 0.2, 0.05, 0.2, -0.1, 0.4, 0.15, -0.25);

@@ -26,9 +26,12 @@ const LEAST_FULL: f64 = 1e-3;
 const HELD_SHARE: f64 = 0.5;
 /// Stiffness of the springs of a held face on the nodes of the first coarse level, in E/dx.
 const HOLD: f64 = 4.0;
-/// Ratios of the moduli of pressure and shear waves (6 at nu = 0.4, 35 at 0.485, 200 at 0.4975) above each of which the
+/// Ratios of the moduli of pressure and shear waves (6 at nu = 0.4, 35 at 0.485, 400 at 0.4987) above each of which the
 /// particles are smoothed once more: nearly incompressible bodies converge slowly.
-const NEARLY_INCOMPRESSIBLE: [f64; 3] = [6.0, 35.0, 200.0];
+const MORE_SMOOTHING: [f64; 5] = [6.0, 35.0, 150.0, 300.0, 400.0];
+/// Ratio above which trilinear functions, of which few have no divergence, are too stiff for the body: the coarse levels
+/// count this share of the pressure.
+const COARSE_PRESSURE: (f64, f64) = (35.0, 0.3);
 
 /// The hierarchy of a body on its lattice. It stands as long as the lattice and its boundaries do.
 #[derive(Clone, Debug)]
@@ -177,18 +180,25 @@ impl Multigrid {
     }
 }
 
+/// Ratio of the moduli of pressure and shear waves.
+fn incompressibility(material: &dyn Material) -> f64 {
+    let shear = material.stress(SymTensor([0.0, 0.0, 0.0, 0.5, 0.0, 0.0])).0[3];
+    material.p_wave_modulus() / shear
+}
+
 /// Steps of the smoother on the particles.
 fn smoothing(material: &dyn Material) -> usize {
-    let shear = material.stress(SymTensor([0.0, 0.0, 0.0, 0.5, 0.0, 0.0])).0[3];
-    let ratio = material.p_wave_modulus() / shear;
-    1 + NEARLY_INCOMPRESSIBLE.iter().filter(|r| ratio > **r).count()
+    let ratio = incompressibility(material);
+    1 + MORE_SMOOTHING.iter().filter(|r| ratio > **r).count()
 }
 
 /// Trilinear hexahedra on the blocks.
 fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
     let n = elastic.len();
     let edge = BLOCK as f64 * elastic.lattice.spacing;
-    let stiffness = hexahedra::stiffness(&*elastic.material);
+    let (nearly_incompressible, share) = COARSE_PRESSURE;
+    let bulk = if incompressibility(&*elastic.material) > nearly_incompressible { share } else { 1.0 };
+    let stiffness = hexahedra::stiffness(&*elastic.material, bulk);
     let strength: Vec<f64> = transfer
         .particles_of
         .iter()
