@@ -2,10 +2,13 @@
 //!
 //! The strain of the last layer of particles belongs to places half a spacing inside; on the surface a quadratic fit of the
 //! displacement gives the tangential strains, and the traction t the others: e = e_fit + sym(a (x) n) with sigma(e) n = t.
-//! Where the surface is held, or pushed by forces from outside, nobody knows t, and the fit stands alone. A Kelvin-Voigt solid has sigma = C (e + T de/dt):
-//! its stress follows from u + T v and t, and its strain from u and what t becomes in C e n, which obeys T ds/dt + s = t.
+//! Of t only the components that are not held are known, and a has only those: on a roller the shear is read so and the fit
+//! gives the rest, on a clamp and where forces from outside push the fit stands alone. A Kelvin-Voigt solid has
+//! sigma = C (e + T de/dt): its stress follows from u + T v and t, and its strain from u and what t becomes in C e n, which
+//! obeys T ds/dt + s = t.
 
 use super::held::Held;
+use crate::boundary::constraints::projectors;
 use crate::boundary::load::SurfaceTraction;
 use crate::boundary::surface_load::SurfacePoint;
 use crate::material::Material;
@@ -38,7 +41,8 @@ struct Vertex {
     x: Vec3,
     /// Outward normal there; beside an edge that of the face that is nearest.
     normal: Vec3,
-    held: bool,
+    /// Projector on the components of the traction that are known.
+    free: Mat3,
 }
 
 /// C e n of every vertex at some time.
@@ -76,24 +80,26 @@ impl SurfaceReading {
     ) -> Self {
         let places: Vec<Vec3> = points.iter().map(|p| p.x).collect();
         let cells = CellList::new(&places, SMOOTH * spacing);
-        let is_held = |p: &SurfacePoint| held.held_at(&p.x, &p.normal).is_some();
+        let set = |p: &SurfacePoint| held.held_at(&p.x, &p.normal).unwrap_or(0);
         let vertex = |x: &Vec3| {
             let Some((nearest, _)) = cells.nearest(&places, x, f64::INFINITY) else {
-                return Vertex { x: *x, normal: Vec3::zeros(), held: true };
+                return Vertex { x: *x, normal: Vec3::zeros(), free: Mat3::zeros() };
             };
             let nearest = &points[nearest];
-            let is_held_there = is_held(nearest);
+            let held_there = set(nearest);
             let mut normal = nearest.normal * (1e-9 * spacing * spacing);
             cells.visit_near(&nearest.x, SMOOTH * spacing, |k| {
                 let p = &points[k as usize];
                 let near = 1.0 - (p.x - nearest.x).norm() / (SMOOTH * spacing);
                 let goes_on = p.normal.dot(&nearest.normal) > SAME_FACE;
-                if near > 0.0 && goes_on && is_held(p) == is_held_there {
+                if near > 0.0 && goes_on && set(p) == held_there {
                     normal += p.normal * (p.area * near);
                 }
             });
             let normal = normal.normalize();
-            Vertex { x: x - shape.signed_distance(x) * normal, normal, held: is_held_there }
+            let what_is_held = projectors(held.holds(), held_there, &normal);
+            let free = what_is_held.iter().fold(Mat3::identity(), |free, (_, projector)| free - projector);
+            Vertex { x: x - shape.signed_distance(x) * normal, normal, free }
         };
         Self { vertices: vertices.par_iter().map(vertex).collect(), settled: Settled::default() }
     }
@@ -117,20 +123,13 @@ impl SurfaceReading {
         let relaxation_time = loading.material.relaxation_time();
         let tractions = Tractions::new(loading);
         let read = |(i, (vertex, fit)): (usize, (&Vertex, &GradientFit))| {
-            let unknown = vertex.held || (!pushed.is_empty() && cloud.rests_on(fit, pushed));
+            let is_pushed = !pushed.is_empty() && cloud.rests_on(fit, pushed);
+            let free = if is_pushed { Mat3::zeros() } else { vertex.free };
             let strain_of = |g: Mat3, traction: Vec3| {
-                if unknown {
-                    SymTensor::symmetric_part(&g)
-                } else {
-                    with_traction(loading.material, &vertex.normal, &g, &traction)
-                }
+                with_traction(loading.material, (&vertex.normal, &free), &g, &traction)
             };
-            let (now, settled) = if unknown {
-                (Vec3::zeros(), Vec3::zeros())
-            } else {
-                let now = tractions.at(vertex, |ramp| ramp.at(t));
-                (now, self.relaxed(i, vertex, &tractions, t, relaxation_time))
-            };
+            let now = tractions.at(vertex, |ramp| ramp.at(t));
+            let settled = self.relaxed(i, vertex, &tractions, t, relaxation_time);
             let strain = strain_of(cloud.gradient(fit, &u), settled);
             let stress = if relaxation_time > 0.0 {
                 loading.material.stress(strain_of(cloud.gradient(fit, &effective), now))
@@ -200,14 +199,17 @@ impl<'a> Tractions<'a> {
     }
 }
 
-/// The strain of the displacement gradient `g`, changed across the surface with normal n so that its stress has that traction.
-fn with_traction(material: &dyn Material, n: &Vec3, g: &Mat3, traction: &Vec3) -> SymTensor {
+/// The strain of the displacement gradient `g`, changed across the surface with normal n so that its stress has the
+/// components of that traction which `free` projects on.
+fn with_traction(material: &dyn Material, (n, free): (&Vec3, &Mat3), g: &Mat3, traction: &Vec3) -> SymTensor {
     let fit = SymTensor::symmetric_part(g);
     let across = |a: Vec3| SymTensor::symmetric_part(&(a * n.transpose()));
+    // Unit where the traction is not known, so that nothing changes there.
     let acoustic = Mat3::from_columns(&std::array::from_fn::<_, 3, _>(|i| {
-        material.stress(across(Vec3::ith(i, 1.0))).dot(n)
+        let a = free.column(i).into_owned();
+        free * material.stress(across(a)).dot(n) + Vec3::ith(i, 1.0) - a
     }));
-    let missing = traction - material.stress(fit).dot(n);
+    let missing = free * (traction - material.stress(fit).dot(n));
     acoustic.try_inverse().map_or(fit, |inverse| fit + across(inverse * missing))
 }
 
@@ -254,15 +256,21 @@ mod tests {
     }
 
     #[test]
-    fn the_traction_is_met_and_tangential_strains_stay() {
+    fn what_is_known_of_the_traction_is_met_and_the_rest_stays() {
         let material = KelvinVoigt::new(1.0, 10.0, 0.45, 0.0).unwrap();
         let n = Vec3::new(1.0, -2.0, 0.5).normalize();
         let g = Mat3::new(0.1, -0.3, 0.2, 0.05, 0.2, -0.1, 0.4, 0.15, -0.25);
         let t = Vec3::new(0.3, -0.2, 1.0);
-        let e = with_traction(&material, &n, &g, &t);
-        assert!((material.stress(e).dot(&n) - t).norm() < 1e-12);
         let flat = Mat3::identity() - n * n.transpose();
-        let of = |e: SymTensor| flat * e.to_matrix() * flat;
-        assert!((of(e) - of(SymTensor::symmetric_part(&g))).amax() < 1e-12);
+        let tilted = Mat3::identity() - Vec3::x() * Vec3::x().transpose();
+        for free in [Mat3::identity(), flat, tilted, Mat3::zeros()] {
+            let e = with_traction(&material, (&n, &free), &g, &t);
+            assert!((free * (material.stress(e).dot(&n) - t)).norm() < 1e-12);
+            let changed = e.to_matrix() - SymTensor::symmetric_part(&g).to_matrix();
+            assert!((flat * changed * flat).amax() < 1e-12);
+            // What is held stays as the fit has it: the change is a (x) n with a free.
+            let a = 2.0 * changed * n - n * n.dot(&(changed * n));
+            assert!((a - free * a).norm() < 1e-12);
+        }
     }
 }
