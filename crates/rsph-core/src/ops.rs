@@ -18,7 +18,6 @@ use gradient::Gradient;
 pub use part::Part;
 use pulp::Simd;
 use stencil::Stencil;
-pub use sweep::Line;
 use sweep::sweep;
 
 /// Components that [`gradient_sums`] writes for each particle: nine of a matrix T (row by row) for
@@ -146,21 +145,14 @@ pub fn adjoint_sums(lattice: &Lattice, part: Option<&Part>, t: &[Tile], out: &mu
     for_each_block(lattice, Results::new(None, 3, out), Results::none(), &sums);
 }
 
-/// A field of `C` components that is made as it is read.
-pub trait EvenSource<const C: usize>: Sync {
-    /// Puts the values of a tile of the body into the places from `at` on of the lines.
-    fn read(&self, tile: usize, lines: &mut [Line; C], at: usize);
-}
-
-/// For every particle of `part` the sums S = sum_b w q_b over its neighbours of a field of `C` components; results go
-/// to `out`, a field on the tiles of the part.
+/// For every particle of `part` the sums S = sum_b w q_b over its neighbours, of a field of `C` components on the tiles of
+/// the part `source`; results go to `out`, a field on the tiles of `part`.
 pub fn even_sums<const C: usize>(
     lattice: &Lattice,
-    part: &Part,
-    source: &impl EvenSource<C>,
-    out: &mut [Tile],
+    (source, q): (&Part, &[Tile]),
+    (part, out): (&Part, &mut [Tile]),
 ) {
-    let sums = EvenSums::<_, C> { weights: &lattice.weights, part, source };
+    let sums = EvenSums::<C> { weights: &lattice.weights, part, source, q };
     for_each_block(lattice, Results::new(Some(part), C, out), Results::none(), &sums);
 }
 
@@ -214,18 +206,19 @@ impl Sum for AdjointSums<'_> {
     }
 }
 
-struct EvenSums<'a, Q, const C: usize> {
+struct EvenSums<'a, const C: usize> {
     weights: &'a Weights,
     part: &'a Part,
-    source: &'a Q,
+    source: &'a Part,
+    q: &'a [Tile],
 }
 
-impl<Q: EvenSource<C>, const C: usize> Sum for EvenSums<'_, Q, C> {
+impl<const C: usize> Sum for EvenSums<'_, C> {
     #[inline(always)]
     fn run<S: Simd, T: Stencil>(&self, simd: S, stencil: T, block: Block<'_>) {
         let Block { tiles, column, planes, mut out, .. } = block;
-        let passes =
-            Even::<_, _, C> { stencil, weights: self.weights, tiles, part: self.part, source: self.source };
+        let Self { weights, part, source, q } = *self;
+        let passes = Even::<_, C> { stencil, weights, tiles, part, source, q };
         sweep(
             simd,
             &passes,

@@ -2,7 +2,7 @@
 
 use rsph_core::grid::Grid;
 use rsph_core::lattice::Lattice;
-use rsph_core::ops::{self, EvenSource, Line, PAIR_COMPONENTS, Part, Plain};
+use rsph_core::ops::{self, PAIR_COMPONENTS, Part, Plain};
 use rsph_core::solve::sums::noise;
 use rsph_core::tensor::{Mat3, Vec3};
 use rsph_core::tiles::{LANES, Tile};
@@ -41,17 +41,6 @@ fn random(lattice: &Lattice, components: usize, used: usize) -> (Vec<Tile>, Vec<
     (field, values)
 }
 
-/// A tiled field, as it is.
-struct Field<'a>(&'a [Tile]);
-
-impl EvenSource<PART> for Field<'_> {
-    fn read(&self, tile: usize, lines: &mut [Line; PART], at: usize) {
-        for (Line(line), component) in lines.iter_mut().zip(&self.0[PAIR_COMPONENTS * tile..]) {
-            line[at..at + LANES].copy_from_slice(&component.0);
-        }
-    }
-}
-
 /// Components of sums on a part of the body.
 const PART: usize = 9;
 
@@ -72,8 +61,16 @@ fn check(smoothing: f64) {
     ops::adjoint_sums(&lattice, None, &t, &mut adjoint);
     // Some tiles, alone and in groups.
     let part = Part::new(&lattice, |t| t % 7 == 0 || t % 13 < 2);
+    // Of a field that is not everywhere either.
+    let source = Part::new(&lattice, |t| t % 5 != 0);
+    let of_source: Vec<Tile> = source
+        .tiles()
+        .iter()
+        .flat_map(|tile| &t[PAIR_COMPONENTS * *tile as usize..][..PART])
+        .copied()
+        .collect();
     let mut even = vec![Tile::default(); PART * part.len()];
-    ops::even_sums::<PART>(&lattice, &part, &Field(&t), &mut even);
+    ops::even_sums::<PART>(&lattice, (&source, &of_source), (&part, &mut even));
     let (mut sums_of_part, mut adjoint_of_part) =
         (lattice.tiles.field(PAIR_COMPONENTS), lattice.tiles.field(3));
     ops::gradient_sums(&lattice, Some(&part), &q, &mut sums_of_part, None, &Plain);
@@ -90,7 +87,9 @@ fn check(smoothing: f64) {
                 h += n.w * vector(b) * n.x.transpose();
                 plain += n.w * vector(b);
                 force += n.w * tensor(b) * n.x;
-                plain_tensor += n.w * tensor(b);
+                if source.number(lattice.tiles.place(b).0).is_some() {
+                    plain_tensor += n.w * tensor(b);
+                }
             }
         }
         let (tile, lane) = lattice.tiles.place(a);
@@ -124,7 +123,7 @@ fn check(smoothing: f64) {
     pool.install(|| ops::gradient_sums(&lattice, None, &q, &mut again, None, &Plain));
     assert!(occupied(&lattice, &sums) == occupied(&lattice, &again));
     let mut again = vec![Tile::default(); PART * part.len()];
-    pool.install(|| ops::even_sums::<PART>(&lattice, &part, &Field(&t), &mut again));
+    pool.install(|| ops::even_sums::<PART>(&lattice, (&source, &of_source), (&part, &mut again)));
     assert!(even == again);
 }
 

@@ -23,6 +23,8 @@ use std::ops::Range;
 const PENALTY: f64 = 0.67;
 /// Fewest clusters or particles in a task.
 const TASK: usize = 32;
+/// Fewest particles in a task that copies their values.
+const GATHER: usize = 1024;
 
 /// A cluster of the surface that is held.
 #[derive(Clone, Debug)]
@@ -66,9 +68,12 @@ pub struct Lift {
     rate: Vec<Vec3>,
     /// Coefficients of r, then those of the force, of every cluster.
     residual: Vec<Matrix4x3<f64>>,
-    /// Strains, then forces, of the particles.
+    /// int p r of every cluster, p its monomials.
+    moment: Vec<Matrix4x3<f64>>,
+    /// Values, then forces, of the particles.
+    value: Vec<Vec3>,
+    /// Strains, then stresses, of the particles.
     strain: Vec<SymTensor>,
-    force: Vec<Vec3>,
 }
 
 impl Lift {
@@ -124,8 +129,9 @@ impl Lift {
             rate: vec![Vec3::zeros(); holds.len()],
             holds: holds.to_vec(),
             residual: vec![Matrix4x3::zeros(); clusters.len()],
+            moment: vec![Matrix4x3::zeros(); clusters.len()],
+            value: vec![Vec3::zeros(); particles.len()],
             strain: vec![SymTensor::default(); particles.len()],
-            force: vec![Vec3::zeros(); particles.len()],
             clusters,
             by_cluster,
             particles,
@@ -162,24 +168,29 @@ impl Lift {
     /// From the values u of the particles to r on the clusters and to the strain that it lifts into each particle
     /// of volume V, which [`Lift::strains`] gives.
     pub fn lift(&mut self, u: impl Fn(usize) -> Vec3 + Sync, volume: impl Fn(usize) -> f64 + Sync) {
-        let Self { clusters, by_cluster, particles, starts, by_particle, target, residual, strain, .. } =
-            self;
-        (&mut *residual, &*clusters).into_par_iter().with_min_len(TASK).for_each(|(r, cluster)| {
-            let mut value = Matrix4x3::zeros();
+        let Self { clusters, by_cluster, particles, starts, by_particle, target, .. } = self;
+        let Self { residual, moment, value, strain, .. } = self;
+        (&mut *value, &*particles)
+            .into_par_iter()
+            .with_min_len(GATHER)
+            .for_each(|(value, a)| *value = u(*a as usize));
+        let each = (&mut *residual, &mut *moment, &*clusters);
+        each.into_par_iter().with_min_len(TASK).for_each(|(r, moment, cluster)| {
+            let mut sum = Matrix4x3::zeros();
             for pair in &by_cluster[cluster.pairs.clone()] {
-                value += pair.phi * u(particles[pair.other as usize] as usize).transpose();
+                sum += pair.phi * value[pair.other as usize].transpose();
             }
-            *r = -(value * cluster.projector);
+            *r = -(sum * cluster.projector);
             let wanted: Vec3 = cluster.holds.iter().map(|(i, projector)| projector * target[*i]).sum();
             let first = r.row(0) + wanted.transpose();
             r.set_row(0, &first);
+            *moment = cluster.mass * *r;
         });
         strain.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(k, strain)| {
             let mut gradient = Mat3::zeros();
             for pair in &by_particle[starts[k]..starts[k + 1]] {
-                let cluster = &clusters[pair.other as usize];
-                let at = residual[pair.other as usize].tr_mul(&(cluster.mass * pair.phi));
-                gradient += at * cluster.normal.transpose();
+                let normal = &clusters[pair.other as usize].normal;
+                gradient += moment[pair.other as usize].tr_mul(&pair.phi) * normal.transpose();
             }
             *strain = SymTensor::symmetric_part(&(gradient / volume(particles[k] as usize)));
         });
@@ -192,17 +203,21 @@ impl Lift {
 
     /// From the stresses of the particles to the forces on them, which [`Lift::forces`] gives.
     pub fn react(&mut self, stress: impl Fn(usize) -> SymTensor + Sync) {
-        let Self { clusters, by_cluster, particles, starts, by_particle, penalty, residual, force, .. } =
-            self;
+        let Self { clusters, by_cluster, particles, starts, by_particle, penalty, .. } = self;
+        let Self { residual, value, strain, .. } = self;
+        (&mut *strain, &*particles)
+            .into_par_iter()
+            .with_min_len(GATHER)
+            .for_each(|(sigma, a)| *sigma = stress(*a as usize));
         (&mut *residual, &*clusters).into_par_iter().with_min_len(TASK).for_each(|(r, cluster)| {
             let mut traction = *r * *penalty;
             for pair in &by_cluster[cluster.pairs.clone()] {
-                let t = stress(particles[pair.other as usize] as usize).dot(&cluster.normal);
+                let t = strain[pair.other as usize].dot(&cluster.normal);
                 traction += pair.phi * t.transpose();
             }
             *r = cluster.mass * traction * cluster.projector;
         });
-        force.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(k, force)| {
+        value.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(k, force)| {
             *force = Vec3::zeros();
             for pair in &by_particle[starts[k]..starts[k + 1]] {
                 *force += residual[pair.other as usize].tr_mul(&pair.phi);
@@ -213,7 +228,7 @@ impl Lift {
     /// The forces that [`Lift::react`] found, of the particles in `range` of all, as (particle, force).
     pub fn forces(&self, range: Range<usize>) -> impl Iterator<Item = (usize, Vec3)> + '_ {
         let at = |a: usize| self.particles.partition_point(|p| (*p as usize) < a);
-        (at(range.start)..at(range.end)).map(|k| (self.particles[k] as usize, self.force[k]))
+        (at(range.start)..at(range.end)).map(|k| (self.particles[k] as usize, self.value[k]))
     }
 
     /// Force of every held part on the body and the power of its motion, after [`Lift::react`].

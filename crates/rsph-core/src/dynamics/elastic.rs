@@ -67,6 +67,8 @@ struct Workspace {
     side: Vec<Tile>,
     /// Strain lifted from held faces, there.
     lifted: Vec<Tile>,
+    /// What the sums of the correction are taken of.
+    source: Vec<Tile>,
     /// Sums of the second sweep for the correction, where it reaches.
     beside: Vec<Tile>,
     sums: Vec<ForceSums>,
@@ -88,6 +90,7 @@ impl Elastic {
             pair: lattice.tiles.field(PAIR_COMPONENTS),
             side: Vec::new(),
             lifted: Vec::new(),
+            source: Vec::new(),
             beside: Vec::new(),
             sums: vec![ForceSums::default(); n.div_ceil(PARTICLES_A_SUM)],
         };
@@ -127,8 +130,7 @@ impl Elastic {
     ) -> Self {
         let spacing = self.lattice.spacing;
         self.lift = Lift::new(surface, holds, self.material.young_modulus(), spacing);
-        let layers = self.lattice.weights.cut.isqrt() + 1;
-        let flagged = correction::near_surface(&self.lattice, cut, layers);
+        let flagged = correction::near_surface(&self.lattice, cut);
         self.correction = Correction::new(&Surroundings {
             lattice: &self.lattice,
             constants: &self.constants,
@@ -142,6 +144,7 @@ impl Elastic {
         let (rows, reach) = (self.correction.rows.len(), self.correction.reach.len());
         let zeros = |components: usize, tiles: usize| vec![Tile::default(); components * tiles];
         self.work.side = zeros(SIDE_COMPONENTS, rows);
+        self.work.source = zeros(1, (SIDE_COMPONENTS * reach).max(FORCE_SUMS * rows));
         self.work.beside = zeros(FORCE_SUMS, reach);
         if !self.lift.is_empty() {
             self.work.lifted = zeros(SIDE_COMPONENTS, rows);

@@ -1,17 +1,16 @@
-//! The passes of sums without an offset, S = sum w q_b, of fields that a source makes as they are read.
+//! The passes of sums without an offset, S = sum w q_b, of fields on a part of the body.
 
-use super::EvenSource;
 use super::gradient::{Taps, for_each_square_sum};
 use super::part::Part;
 use super::stencil::Stencil;
-use super::sweep::{Line, MAX_SOURCES, Passes, Ring};
+use super::sweep::{Line, MAX_SOURCES, Passes, Ring, copy_components};
 use crate::lattice::{MAX_REACH, Weights};
-use crate::tiles::Tiles;
+use crate::tiles::{LANES, Tile, Tiles};
 use pulp::Simd;
 
 /// Sums of `C` components.
 #[derive(Clone, Copy, Debug)]
-pub struct Even<'a, T, Q, const C: usize> {
+pub struct Even<'a, T, const C: usize> {
     /// The offsets.
     pub stencil: T,
     /// Their weights.
@@ -20,11 +19,13 @@ pub struct Even<'a, T, Q, const C: usize> {
     pub tiles: &'a Tiles,
     /// What they are wanted for.
     pub part: &'a Part,
+    /// Where the field is.
+    pub source: &'a Part,
     /// The field.
-    pub source: &'a Q,
+    pub q: &'a [Tile],
 }
 
-impl<S: Simd, T: Stencil, Q: EvenSource<C>, const C: usize> Passes<S> for Even<'_, T, Q, C> {
+impl<S: Simd, T: Stencil, const C: usize> Passes<S> for Even<'_, T, C> {
     type Stencil = T;
     const SOURCES: usize = C;
     const GROUPS: usize = C;
@@ -49,8 +50,10 @@ impl<S: Simd, T: Stencil, Q: EvenSource<C>, const C: usize> Passes<S> for Even<'
 
     #[inline(always)]
     fn read(&self, _: S, tile: usize, lines: &mut [Line; MAX_SOURCES], at: usize) {
-        let components: &mut [Line; C] = (&mut lines[..C]).try_into().expect("at most as many as lines");
-        self.source.read(tile, components, at);
+        match self.source.number(tile) {
+            Some(number) => copy_components(&self.q[C * number..][..C], lines, at),
+            None => lines[..C].iter_mut().for_each(|Line(line)| line[at..at + LANES].fill(0.0)),
+        }
     }
 
     #[inline(always)]

@@ -1,6 +1,6 @@
 //! The two sweeps of the adjoint formulation: gradient and stress, then the adjoint of the gradient.
 
-use super::correction::{Correction, FORCE_SUMS, ForceSource, Row, StrainSource};
+use super::correction::{Correction, FORCE_SUMS, Row};
 use super::linear::{Constants, SYM, scatter};
 use super::{Elastic, Workspace};
 use crate::moments::Moments;
@@ -94,7 +94,7 @@ impl Elastic {
     pub(super) fn spread(&mut self, u: &[f64], v: Option<(&[f64], f64)>) {
         let n = self.len();
         scatter(&self.lattice.tiles, &self.constants, u, v, &mut self.work.q);
-        let Workspace { q, side, lifted, .. } = &mut self.work;
+        let Workspace { q, side, lifted, source, .. } = &mut self.work;
         if !self.lift.is_empty() {
             let tiles = &self.lattice.tiles;
             let value = |a: usize| {
@@ -115,8 +115,9 @@ impl Elastic {
             }
         }
         if !self.correction.is_empty() {
-            let source = StrainSource { correction: &self.correction, q };
-            ops::even_sums::<SIDE_COMPONENTS>(&self.lattice, &self.correction.rows, &source, side);
+            let Correction { rows, reach, .. } = &self.correction;
+            self.correction.strain_source(q, &mut source[..SIDE_COMPONENTS * reach.len()]);
+            ops::even_sums::<SIDE_COMPONENTS>(&self.lattice, (reach, source), (rows, side));
         }
     }
 
@@ -189,11 +190,12 @@ impl Elastic {
 
     /// From T_a and V sigma to the sums of the second sweep, the adjoint of the gradient.
     pub(super) fn adjoint_sweep(&mut self) {
-        let Workspace { q, pair, side, beside, .. } = &mut self.work;
+        let Workspace { q, pair, side, beside, source, .. } = &mut self.work;
         ops::adjoint_sums(&self.lattice, None, pair, q);
         if !self.correction.is_empty() {
-            let source = ForceSource { correction: &self.correction, stress: side };
-            ops::even_sums::<FORCE_SUMS>(&self.lattice, &self.correction.reach, &source, beside);
+            let Correction { rows, reach, .. } = &self.correction;
+            self.correction.force_source(side, &mut source[..FORCE_SUMS * rows.len()]);
+            ops::even_sums::<FORCE_SUMS>(&self.lattice, (rows, source), (reach, beside));
         }
         if !self.lift.is_empty() {
             let (tiles, rows, constants) = (&self.lattice.tiles, &self.correction.rows, &self.constants);
