@@ -2,6 +2,7 @@
 //! solutions and finite elements (`validation/surfaces/`).
 
 mod case;
+mod hourglass;
 mod livers;
 mod local_load;
 mod meshes;
@@ -45,10 +46,12 @@ pub(super) fn run(quick: bool, folder: &Path) -> Result<Vec<Row>, String> {
     cubes(quick, &mut rows, folder)?;
     cantilever(quick, &mut rows)?;
     disc(quick, &mut rows)?;
+    thin_bodies(quick, &mut rows)?;
     local_load::sphere(quick, &mut rows)?;
     walls::lame(quick, &mut rows)?;
     walls::plate(quick, &mut rows)?;
     walls::membrane(quick, &mut rows)?;
+    hourglass::study(quick, &mut rows, folder)?;
     if liver::is_there() {
         livers::run(quick, &mut rows)?;
     }
@@ -132,17 +135,14 @@ fn cubes(quick: bool, rows: &mut Vec<Row>, folder: &Path) -> Result<(), String> 
             for (nu, exact) in CUBE {
                 let mut worst = 0.0_f64;
                 for position in positions {
-                    let spacing = 1.0 / n;
-                    let (shape, [_, _, z]) = if name == "aligned" {
-                        let cube =
-                            BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).map_err(|e| e.to_string())?;
+                    let size = Vec3::repeat(1.0);
+                    let placed = if name == "aligned" {
+                        let cube = BoxShape::new(size, Vec3::zeros()).map_err(|e| e.to_string())?;
                         (Arc::new(cube) as Arc<dyn Shape>, [Vec3::x(), Vec3::y(), Vec3::z()])
                     } else {
-                        placed(Vec3::repeat(1.0), axis, Vec3::from(*position), spacing)?
+                        placed(size, axis, Vec3::from(*position), 1.0 / n)?
                     };
-                    let boundaries = vec![hold(beyond(Vec3::zeros(), -z), Fix::ALL)];
-                    let loads = vec![LoadKind::Traction { region: beyond(z, z), traction: z }];
-                    let (_, found) = Case { shape, spacing, nu, boundaries, loads }.solve()?;
+                    let (_, found) = clamped_cube(placed, *n, nu).solve()?;
                     let off = 100.0 * (found.compliance / exact - 1.0);
                     worst = if off.abs() > worst.abs() { off } else { worst };
                 }
@@ -157,18 +157,43 @@ fn cubes(quick: bool, rows: &mut Vec<Row>, folder: &Path) -> Result<(), String> 
     figure.save(folder, "surfaces")
 }
 
-/// A cantilever of 1 x 1 x 4 under shear at its end.
+/// The cube, so many cells across, clamped at its foot and pulled at its head.
+fn clamped_cube((shape, [_, _, z]): (Arc<dyn Shape>, [Vec3; 3]), across: f64, nu: f64) -> Case {
+    let boundaries = vec![hold(beyond(Vec3::zeros(), -z), Fix::ALL)];
+    let loads = vec![LoadKind::Traction { region: beyond(z, z), traction: z }];
+    Case { shape, spacing: 1.0 / across, nu, boundaries, loads }
+}
+
+/// A cantilever of 1 x 1 x 4, so many cells across, turned about an axis, under what `load` makes of its axes.
+fn clamped_beam(
+    across: f64,
+    axis: Option<[f64; 3]>,
+    nu: f64,
+    load: impl Fn([Vec3; 3]) -> LoadKind,
+) -> Result<Case, String> {
+    let (spacing, size) = (1.0 / across, Vec3::new(1.0, 1.0, 4.0));
+    let (shape, axes) = placed(size, axis, Vec3::from(POSITIONS[0]), spacing)?;
+    let boundaries = vec![hold(beyond(Vec3::zeros(), -axes[2]), Fix::ALL)];
+    Ok(Case { shape, spacing, nu, boundaries, loads: vec![load(axes)] })
+}
+
+/// Shear at the end of the beam.
+fn end_shear([x, _, z]: [Vec3; 3]) -> LoadKind {
+    LoadKind::Traction { region: beyond(4.0 * z, z), traction: x }
+}
+
+/// The weight of the beam, across it.
+fn own_weight([x, _, _]: [Vec3; 3]) -> LoadKind {
+    LoadKind::BodyForce { region: Region::All, acceleration: x }
+}
+
+/// A cantilever under shear at its end and under its own weight.
 fn cantilever(quick: bool, rows: &mut Vec<Row>) -> Result<(), String> {
     let sizes: &[(f64, f64)] = if quick { &[(6.0, 4.5)] } else { &[(6.0, 4.5), (12.0, 1.2)] };
     for (across, bound) in sizes {
         for (axis, name) in TURNS {
-            let spacing = 1.0 / across;
-            let size = Vec3::new(1.0, 1.0, 4.0);
-            let (shape, [x, _, z]) = placed(size, axis, Vec3::from(POSITIONS[0]), spacing)?;
-            let mut solve = |what: &str, nu: f64, exact: f64, load: LoadKind| {
-                let boundaries = vec![hold(beyond(Vec3::zeros(), -z), Fix::ALL)];
-                let case = Case { shape: Arc::clone(&shape), spacing, nu, boundaries, loads: vec![load] };
-                let (_, found) = case.solve()?;
+            let mut solve = |what: &str, nu: f64, exact: f64, load: fn([Vec3; 3]) -> LoadKind| {
+                let (_, found) = clamped_beam(*across, axis, nu, load)?.solve()?;
                 let name =
                     format!("surfaces: cantilever{what}, nu = {nu}, {across} across, {name}, compliance");
                 rows.push(Row::within(name, found.compliance, exact, *bound, "1/E"));
@@ -178,11 +203,42 @@ fn cantilever(quick: bool, rows: &mut Vec<Row>) -> Result<(), String> {
                 if axis.is_some() && nu > 0.3 && nu < 0.499 {
                     continue;
                 }
-                solve("", nu, exact, LoadKind::Traction { region: beyond(4.0 * z, z), traction: x })?;
+                solve("", nu, exact, end_shear)?;
             }
-            let weight = LoadKind::BodyForce { region: Region::All, acceleration: x };
-            solve(" under its own weight", 0.3, CANTILEVER_WEIGHT, weight)?;
+            solve(" under its own weight", 0.3, CANTILEVER_WEIGHT, own_weight)?;
         }
+    }
+    Ok(())
+}
+
+/// Flat ellipsoids of half axes 1, 1 and 3, 1.2 and 0.6 cells under uniform pressure: a quarter between two planes of
+/// symmetry that are turned against the lattice, with a layer of particles in its middle that keeps it from drifting. The
+/// strain is that of the sphere.
+fn thin_bodies(quick: bool, rows: &mut Vec<Row>) -> Result<(), String> {
+    let (nu, spacing) = (0.3, 0.1);
+    let exact = std::f64::consts::PI * (1.0 - 2.0 * nu);
+    for cells in [3.0, 1.2, 0.6] {
+        let mut ellipsoid = ball(1.0, 5);
+        ellipsoid.vertices.iter_mut().for_each(|x| x.z *= cells * spacing);
+        let (mesh, [x, y, _]) = turned(&ellipsoid, Some([0.0, 0.0, 1.0]));
+        let shape = shape_of(&mesh).map_err(|e| e.to_string())?;
+        let mut worst = 0.0_f64;
+        for position in &POSITIONS[..if quick { 1 } else { 4 }] {
+            let shape = Placed { shape: Arc::clone(&shape), more: 2.0 * spacing * Vec3::from(*position) };
+            let mut boundaries = [x, y].map(|a| hold(beyond(Vec3::zeros(), -a), Fix::Normal)).to_vec();
+            let size = Vec3::new(2.0, 2.0, 0.5) * spacing;
+            let layer = Region::Box { min: -size, max: size };
+            boundaries.push(hold(layer, Fix::Components([false, false, true])));
+            let loads = vec![LoadKind::Pressure { region: Region::All, pressure: 1.0 }];
+            let case = Case { shape: Arc::new(shape), spacing, nu, boundaries, loads };
+            let (_, found) = case.solve()?;
+            let off = 100.0 * (found.compliance / (exact * cells * spacing) - 1.0);
+            worst = if off.abs() > worst.abs() { off } else { worst };
+        }
+        let name = format!(
+            "surfaces: flat ellipsoid under pressure, nu = {nu}, {cells} cells half thickness, compliance off at most"
+        );
+        rows.push(Row::near(name, worst, 0.0, 0.5, "%"));
     }
     Ok(())
 }

@@ -28,6 +28,11 @@ pub struct Case {
 impl Case {
     /// Its equilibrium, with the compliance for E = 1.
     pub fn solve(self) -> Result<(Simulation, Equilibrium), String> {
+        self.solve_by(Solver::ACCURATE)
+    }
+
+    /// The same by another solver.
+    pub fn solve_by(self, solver: Solver) -> Result<(Simulation, Equilibrium), String> {
         let Self { shape, spacing, nu, boundaries, loads } = self;
         let load = |kind| Load { kind, ramp: Ramp::default() };
         let mut body = Simulation::new(Setup {
@@ -40,7 +45,7 @@ impl Case {
             loads: loads.into_iter().map(load).collect(),
             mechanics: Mechanics::Solid,
             remesh: Remesh::default(),
-            solver: Solver::ACCURATE,
+            solver,
             time_step: TimeStep::Auto,
             integration: Integration::default(),
             allow_unstable: false,

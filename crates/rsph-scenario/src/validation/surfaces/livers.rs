@@ -10,7 +10,7 @@ use rsph_core::tensor::Vec3;
 /// Compliance (J) by Poisson's ratio; the references are good to 1 % (`validation/references/liver.py`).
 const COMPLIANCE: [(f64, f64); 3] = [(0.45, 7.446e-4), (0.49, 7.42e-4), (0.499, 7.41e-4)];
 /// Compliance (J) under its own weight, 9810 N/m^3, along each axis; good to 0.4 %.
-const WEIGHT: [(&str, [f64; 3], f64); 3] =
+pub const WEIGHT: [(&str, [f64; 3], f64); 3] =
     [("x", [9.81, 0.0, 0.0], 0.0735), ("y", [0.0, 9.81, 0.0], 0.0244), ("z", [0.0, 0.0, 9.81], 0.0926)];
 /// Mean normal strain within half the radius of the load.
 const STRAIN: f64 = -1.95e-3;
@@ -37,15 +37,17 @@ fn nearly_incompressible(quick: bool, rows: &mut Vec<Row>) -> Result<(), String>
     Ok(())
 }
 
+/// An edit of the scenario by which its own weight is the only load.
+pub fn weight(acceleration: [f64; 3]) -> String {
+    format!("load=[{{ kind = \"body_force\", region = \"all\", acceleration = {acceleration:?} }}]")
+}
+
 fn own_weight(quick: bool, rows: &mut Vec<Row>) -> Result<(), String> {
     let sizes = [(1_505, 2.0), (6_362, 1.0), (21_350, 0.5)];
     for (particles, bound) in sizes.into_iter().take(if quick { 1 } else { 3 }) {
         for (axis, acceleration, exact) in WEIGHT {
             let mut sets = accurate_liver(particles);
-            let load = format!(
-                "load=[{{ kind = \"body_force\", region = \"all\", acceleration = {acceleration:?} }}]"
-            );
-            sets.push(load);
+            sets.push(weight(acceleration));
             let (_, found) = solved(LIVER_VISIBLE_HUMAN, &sets)?;
             let name = format!(
                 "surfaces: liver under its own weight along {axis}, nu = 0.3, {particles} particles, compliance"

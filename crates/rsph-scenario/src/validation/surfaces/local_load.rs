@@ -109,7 +109,26 @@ impl Series {
     }
 }
 
-/// A quarter of one half of the sphere, between three planes of symmetry that are turned against the lattice.
+/// A quarter of one half of the sphere, between three planes of symmetry that are turned against the lattice, and where its
+/// pole is.
+fn loaded(per_radius: f64, nu: f64) -> Result<(Case, Vec3), String> {
+    let spacing = 1.0 / per_radius;
+    let (mesh, [x, y, z]) = turned(&ball(1.0, 5), Some([1.0, 2.0, 0.5]));
+    let shape = shape_of(&mesh).map_err(|e| e.to_string())?;
+    let shape = Arc::new(Placed { shape, more: 2.0 * spacing * Vec3::from(POSITIONS[0]) });
+    let boundaries = [x, y, z].map(|a| hold(beyond(Vec3::zeros(), -a), Fix::Normal)).to_vec();
+    let (centre, radius) = (PatchCentre::At(z), Some(RADIUS));
+    let loads = vec![LoadKind::Patch { pressure: 1.0, centre, radius, direction: -z }];
+    Ok((Case { shape, spacing, nu, boundaries, loads }, z))
+}
+
+/// The sphere with its compliance for E = 1.
+pub fn compliance_case(per_radius: f64, nu: f64) -> Result<(Case, f64), String> {
+    let (case, _) = loaded(per_radius, nu)?;
+    Ok((case, 0.25 * Series::new(nu).compliance))
+}
+
+/// Displacement, strain and stress of the sphere's surface.
 pub fn sphere(quick: bool, rows: &mut Vec<Row>) -> Result<(), String> {
     let nu = 0.3;
     let exact = Series::new(nu);
@@ -117,17 +136,8 @@ pub fn sphere(quick: bool, rows: &mut Vec<Row>) -> Result<(), String> {
         if quick { &[(6.0, 5.0, 15.0)] } else { &[(6.0, 5.0, 15.0), (10.0, 2.0, 6.0), (20.0, 0.6, 3.0)] };
     for (per_radius, of_displacement, of_strain) in sizes {
         let spacing = 1.0 / per_radius;
-        let (mesh, [x, y, z]) = turned(&ball(1.0, 5), Some([1.0, 2.0, 0.5]));
-        let shape = shape_of(&mesh).map_err(|e| e.to_string())?;
-        let shape = Arc::new(Placed { shape, more: 2.0 * spacing * Vec3::from(POSITIONS[0]) });
-        let boundaries = [x, y, z].map(|a| hold(beyond(Vec3::zeros(), -a), Fix::Normal)).to_vec();
-        let loads = vec![LoadKind::Patch {
-            pressure: 1.0,
-            centre: PatchCentre::At(z),
-            radius: Some(RADIUS),
-            direction: -z,
-        }];
-        let (mut body, found) = Case { shape, spacing, nu, boundaries, loads }.solve()?;
+        let (case, z) = loaded(*per_radius, nu)?;
+        let (mut body, found) = case.solve()?;
         let (mut moved, mut strained, mut stress) = ([0.0; 2], [0.0; 2], [0.0; 2]);
         for v in read(&mut body, YOUNG) {
             if v.x.norm() < 1.0 - 0.1 * spacing {
