@@ -65,7 +65,9 @@ fn organ(
     rows: &mut Vec<Row>,
     picture: Option<&mut Picture>,
 ) -> Result<(), String> {
-    let (mut sim, _) = simulation(scenario, edits)?;
+    // The whole organ: a clamp would cut it.
+    let edits = [edits, &["boundary=[]".into()]].concat();
+    let (mut sim, _) = simulation(scenario, &edits)?;
     let original = sim.setup().shape.surface().clone();
     let snapshot = sim.snapshot();
     let surface = sim.surface(&snapshot).mesh;
