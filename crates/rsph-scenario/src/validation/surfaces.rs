@@ -46,7 +46,7 @@ pub(super) fn run(quick: bool, folder: &Path) -> Result<Vec<Row>, String> {
     cubes(quick, &mut rows, folder)?;
     cantilever(quick, &mut rows)?;
     disc(quick, &mut rows)?;
-    thin_bodies(quick, &mut rows)?;
+    thin_bodies(&mut rows)?;
     local_load::sphere(quick, &mut rows)?;
     walls::lame(quick, &mut rows)?;
     walls::plate(quick, &mut rows)?;
@@ -211,34 +211,33 @@ fn cantilever(quick: bool, rows: &mut Vec<Row>) -> Result<(), String> {
     Ok(())
 }
 
-/// Flat ellipsoids of half axes 1, 1 and 3, 1.2 and 0.6 cells under uniform pressure: a quarter between two planes of
-/// symmetry that are turned against the lattice, with a layer of particles in its middle that keeps it from drifting. The
-/// strain is that of the sphere.
-fn thin_bodies(quick: bool, rows: &mut Vec<Row>) -> Result<(), String> {
+/// Flat ellipsoids of half axes 1, 1 and 3, 1.2 and 0.6 cells under uniform pressure, turned against the lattice: a quarter
+/// between two planes of symmetry, with one component of a particle in the middle held so that it does not drift. The strain
+/// is that of the sphere.
+fn thin_bodies(rows: &mut Vec<Row>) -> Result<(), String> {
     let (nu, spacing) = (0.3, 0.1);
     let exact = std::f64::consts::PI * (1.0 - 2.0 * nu);
     for cells in [3.0, 1.2, 0.6] {
         let mut ellipsoid = ball(1.0, 5);
         ellipsoid.vertices.iter_mut().for_each(|x| x.z *= cells * spacing);
-        let (mesh, [x, y, _]) = turned(&ellipsoid, Some([0.0, 0.0, 1.0]));
+        let (mesh, [x, y, _]) = turned(&ellipsoid, Some([1.0, 2.0, 0.5]));
         let shape = shape_of(&mesh).map_err(|e| e.to_string())?;
-        let mut worst = 0.0_f64;
-        for position in &POSITIONS[..if quick { 1 } else { 4 }] {
-            let shape = Placed { shape: Arc::clone(&shape), more: 2.0 * spacing * Vec3::from(*position) };
+        let solve = |reach: f64| {
             let mut boundaries = [x, y].map(|a| hold(beyond(Vec3::zeros(), -a), Fix::Normal)).to_vec();
-            let size = Vec3::new(2.0, 2.0, 0.5) * spacing;
-            let layer = Region::Box { min: -size, max: size };
-            boundaries.push(hold(layer, Fix::Components([false, false, true])));
+            let middle = Region::Ball { centre: Vec3::zeros(), radius: reach * spacing };
+            boundaries.push(hold(middle, Fix::Components([false, false, true])));
             let loads = vec![LoadKind::Pressure { region: Region::All, pressure: 1.0 }];
-            let case = Case { shape: Arc::new(shape), spacing, nu, boundaries, loads };
-            let (_, found) = case.solve()?;
-            let off = 100.0 * (found.compliance / (exact * cells * spacing) - 1.0);
-            worst = if off.abs() > worst.abs() { off } else { worst };
-        }
+            Case { shape: Arc::clone(&shape), spacing, nu, boundaries, loads }.solve()
+        };
+        // The smallest ball with a particle in it: two of them would hold the strain between them.
+        let (_, found) = (1..20)
+            .find_map(|k| solve(0.1 * f64::from(k)).ok())
+            .ok_or("no particle in the middle of the ellipsoid")?;
+        let off = 100.0 * (found.compliance / (exact * cells * spacing) - 1.0);
         let name = format!(
-            "surfaces: flat ellipsoid under pressure, nu = {nu}, {cells} cells half thickness, compliance off at most"
+            "surfaces: flat ellipsoid under pressure, nu = {nu}, {cells} cells half thickness, compliance off by"
         );
-        rows.push(Row::near(name, worst, 0.0, 0.5, "%"));
+        rows.push(Row::near(name, off, 0.0, 0.5, "%"));
     }
     Ok(())
 }
