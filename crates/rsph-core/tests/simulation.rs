@@ -112,6 +112,34 @@ fn the_stress_on_the_surface_of_a_pulled_bar_is_uniform_up_to_its_edges() {
     }
 }
 
+/// A quarter of a clamped and pulled cube: its planes of symmetry carry no shear, and the fit gives the stress across them.
+#[test]
+fn the_shear_on_a_roller_is_what_is_known_of_its_traction() {
+    let mut s = setup(unit_cube(), Resolution::Spacing(0.1), 0.3);
+    let roller = |axis| Boundary { region: plane(axis, 0.0, Side::Below), fix: Fix::Normal, motion: None };
+    s.boundaries = vec![roller(Axis::X), roller(Axis::Y), clamp(plane(Axis::Z, 0.0, Side::Below))];
+    let region = plane(Axis::Z, 1.0, Side::Above);
+    s.loads = vec![Load { kind: LoadKind::Traction { region, traction: Vec3::z() }, ramp: Ramp::default() }];
+    let mut simulation = Simulation::new(s).unwrap();
+    simulation.solve_static(0.0, &mut |_, _| true).unwrap();
+    let snapshot = simulation.snapshot();
+    let surface = simulation.surface(&snapshot);
+    let (shear, stress) = (surface.field("shear_strain").unwrap(), surface.field("stress").unwrap());
+    let undeformed = surface.field("displacement").unwrap().values.chunks_exact(3);
+    let places = surface.mesh.vertices.iter().zip(undeformed).map(|(x, u)| x - Vec3::from_column_slice(u));
+    let (mut seen, mut across) = (0, 0.0_f64);
+    for (k, x) in places.enumerate() {
+        // On the roller at x = 0, away from its edges.
+        if x.x.abs() < 0.02 && (0.15..0.85).contains(&x.y) && (0.15..0.85).contains(&x.z) {
+            assert!(shear.values[k] < 1e-12, "{x:?} {}", shear.values[k]);
+            seen += 1;
+            across = across.max(stress.values[6 * k].abs());
+        }
+    }
+    assert!(seen > 20, "{seen}");
+    assert!(across > 0.01 && across < 0.5, "{across}");
+}
+
 /// What forces from outside do to the surface nobody tells: there the strain is that of the particles.
 #[test]
 fn strain_under_forces_from_outside_is_not_that_of_a_free_surface() {

@@ -168,8 +168,19 @@ impl Lift {
     /// From the values u of the particles to r on the clusters and to the strain that it lifts into each particle
     /// of volume V, which [`Lift::strains`] gives.
     pub fn lift(&mut self, u: impl Fn(usize) -> Vec3 + Sync, volume: impl Fn(usize) -> f64 + Sync) {
-        let Self { clusters, by_cluster, particles, starts, by_particle, target, .. } = self;
-        let Self { residual, moment, value, strain, .. } = self;
+        let Self {
+            clusters,
+            by_cluster,
+            particles,
+            starts,
+            by_particle,
+            target,
+            residual,
+            moment,
+            value,
+            strain,
+            ..
+        } = self;
         (&mut *value, &*particles)
             .into_par_iter()
             .with_min_len(GATHER)
@@ -203,8 +214,18 @@ impl Lift {
 
     /// From the stresses of the particles to the forces on them, which [`Lift::forces`] gives.
     pub fn react(&mut self, stress: impl Fn(usize) -> SymTensor + Sync) {
-        let Self { clusters, by_cluster, particles, starts, by_particle, penalty, .. } = self;
-        let Self { residual, value, strain, .. } = self;
+        let Self {
+            clusters,
+            by_cluster,
+            particles,
+            starts,
+            by_particle,
+            penalty,
+            residual,
+            value,
+            strain,
+            ..
+        } = self;
         (&mut *strain, &*particles)
             .into_par_iter()
             .with_min_len(GATHER)

@@ -9,8 +9,9 @@ pub fn corner(k: usize) -> [usize; 3] {
 }
 
 /// Stiffness between the corners of a cube with edge 1; that of a cube with edge H is H times this.
-/// Block (m, n) is the force on corner m against a displacement of corner n. Of the pressure a share `bulk` counts.
-pub fn stiffness(material: &dyn Material, bulk: f64) -> [[Mat3; 8]; 8] {
+/// Block (m, n) is the force on corner m against a displacement of corner n. Of the pressure, -tr(sigma)/3,
+/// the share `pressure` counts, 0 to 1.
+pub fn stiffness(material: &dyn Material, pressure: f64) -> [[Mat3; 8]; 8] {
     // Two Gauss points along each axis are exact for trilinear functions.
     let gauss = |k: usize| if k == 0 { 0.5 - 0.75_f64.sqrt() / 3.0 } else { 0.5 + 0.75_f64.sqrt() / 3.0 };
     let mut blocks = [[Mat3::zeros(); 8]; 8];
@@ -24,7 +25,7 @@ pub fn stiffness(material: &dyn Material, bulk: f64) -> [[Mat3; 8]; 8] {
         for n in 0..8 {
             for j in 0..3 {
                 let sigma = material.stress(strain(n, j));
-                let less = (bulk - 1.0) / 3.0 * (sigma.0[0] + sigma.0[1] + sigma.0[2]);
+                let less = (pressure - 1.0) / 3.0 * (sigma.0[0] + sigma.0[1] + sigma.0[2]);
                 let sigma = sigma + SymTensor([less, less, less, 0.0, 0.0, 0.0]);
                 for (m, block) in blocks.iter_mut().enumerate() {
                     for i in 0..3 {
@@ -62,5 +63,19 @@ mod tests {
         assert!((energy / exact - 1.0).abs() < 1e-12);
         let spin = g - g.transpose();
         assert!((0..8).all(|m| force(&spin, m).norm() < 1e-12));
+    }
+
+    #[test]
+    fn a_share_of_the_pressure_takes_from_dilation_and_not_from_shear() {
+        let material = KelvinVoigt::new(1.0, 10.0, 0.49, 0.0).unwrap();
+        let position = |n: usize| Vec3::from_fn(|i, _| corner(n)[i] as f64);
+        let energy = |pressure: f64, g: &Mat3| -> f64 {
+            let k = stiffness(&material, pressure);
+            let force = |m: usize| (0..8).map(|n| k[m][n] * (g * position(n))).sum::<Vec3>();
+            (0..8).map(|m| force(m).dot(&(g * position(m)))).sum()
+        };
+        let (dilation, shear) = (Mat3::identity(), Mat3::new(0.2, 0.3, 0.0, 0.0, -0.2, 0.1, 0.0, 0.0, 0.0));
+        assert!((energy(0.3, &dilation) / energy(1.0, &dilation) - 0.3).abs() < 1e-12);
+        assert!((energy(0.3, &shear) / energy(1.0, &shear) - 1.0).abs() < 1e-12);
     }
 }

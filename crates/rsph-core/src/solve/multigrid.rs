@@ -29,9 +29,11 @@ const HOLD: f64 = 4.0;
 /// Ratios of the moduli of pressure and shear waves (6 at nu = 0.4, 35 at 0.485, 400 at 0.4987) above each of which the
 /// particles are smoothed once more: nearly incompressible bodies converge slowly.
 const MORE_SMOOTHING: [f64; 5] = [6.0, 35.0, 150.0, 300.0, 400.0];
-/// Ratio above which trilinear functions, of which few have no divergence, are too stiff for the body: the coarse levels
-/// count this share of the pressure.
-const COARSE_PRESSURE: (f64, f64) = (35.0, 0.3);
+/// The ratio above which trilinear functions, of which few have no divergence, are too stiff for the body, and the share of
+/// the pressure that the coarse levels count then.
+const NEARLY_INCOMPRESSIBLE: f64 = 35.0;
+/// See [`NEARLY_INCOMPRESSIBLE`].
+const COARSE_PRESSURE: f64 = 0.3;
 
 /// The hierarchy of a body on its lattice. It stands as long as the lattice and its boundaries do.
 #[derive(Clone, Debug)]
@@ -180,15 +182,15 @@ impl Multigrid {
     }
 }
 
-/// Ratio of the moduli of pressure and shear waves.
-fn incompressibility(material: &dyn Material) -> f64 {
+/// Ratio of the moduli of pressure and shear waves, (lambda + 2 mu) / mu.
+fn ratio_of_moduli(material: &dyn Material) -> f64 {
     let shear = material.stress(SymTensor([0.0, 0.0, 0.0, 0.5, 0.0, 0.0])).0[3];
     material.p_wave_modulus() / shear
 }
 
 /// Steps of the smoother on the particles.
 fn smoothing(material: &dyn Material) -> usize {
-    let ratio = incompressibility(material);
+    let ratio = ratio_of_moduli(material);
     1 + MORE_SMOOTHING.iter().filter(|r| ratio > **r).count()
 }
 
@@ -196,9 +198,8 @@ fn smoothing(material: &dyn Material) -> usize {
 fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
     let n = elastic.len();
     let edge = BLOCK as f64 * elastic.lattice.spacing;
-    let (nearly_incompressible, share) = COARSE_PRESSURE;
-    let bulk = if incompressibility(&*elastic.material) > nearly_incompressible { share } else { 1.0 };
-    let stiffness = hexahedra::stiffness(&*elastic.material, bulk);
+    let locks = ratio_of_moduli(&*elastic.material) > NEARLY_INCOMPRESSIBLE;
+    let stiffness = hexahedra::stiffness(&*elastic.material, if locks { COARSE_PRESSURE } else { 1.0 });
     let strength: Vec<f64> = transfer
         .particles_of
         .iter()

@@ -14,8 +14,9 @@ use super::figure::{Curve, Figure};
 use super::liver;
 use case::{Case, YOUNG, beyond, hold, read, symmetry};
 use meshes::{ball, shape_of, turned};
+use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
-use rsph_core::setup::{Fix, LoadKind};
+use rsph_core::setup::{Fix, LoadKind, Solver};
 use rsph_core::shape::{BoxShape, CylinderShape, Shape};
 use rsph_core::tensor::Vec3;
 use std::path::Path;
@@ -222,17 +223,17 @@ fn thin_bodies(rows: &mut Vec<Row>) -> Result<(), String> {
         ellipsoid.vertices.iter_mut().for_each(|x| x.z *= cells * spacing);
         let (mesh, [x, y, _]) = turned(&ellipsoid, Some([1.0, 2.0, 0.5]));
         let shape = shape_of(&mesh).map_err(|e| e.to_string())?;
-        let solve = |reach: f64| {
-            let mut boundaries = [x, y].map(|a| hold(beyond(Vec3::zeros(), -a), Fix::Normal)).to_vec();
-            let middle = Region::Ball { centre: Vec3::zeros(), radius: reach * spacing };
-            boundaries.push(hold(middle, Fix::Components([false, false, true])));
-            let loads = vec![LoadKind::Pressure { region: Region::All, pressure: 1.0 }];
-            Case { shape: Arc::clone(&shape), spacing, nu, boundaries, loads }.solve()
-        };
-        // The smallest ball with a particle in it: two of them would hold the strain between them.
-        let (_, found) = (1..20)
-            .find_map(|k| solve(0.1 * f64::from(k)).ok())
-            .ok_or("no particle in the middle of the ellipsoid")?;
+        let boundaries = [x, y].map(|a| hold(beyond(Vec3::zeros(), -a), Fix::Normal)).to_vec();
+        let loads = vec![LoadKind::Pressure { region: Region::All, pressure: 1.0 }];
+        let mut case = Case { shape, spacing, nu, boundaries, loads };
+        // One particle: two would hold the strain between them.
+        let drifting = case.clone().body(Solver::ACCURATE)?;
+        let places = drifting.particles().column(Field::Reference);
+        let places = (0..places.len()).map(|a| places.vector(a));
+        let centre = places.min_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_default();
+        let middle = Region::Ball { centre, radius: 0.1 * spacing };
+        case.boundaries.push(hold(middle, Fix::Components([false, false, true])));
+        let (_, found) = case.solve()?;
         let off = 100.0 * (found.compliance / (exact * cells * spacing) - 1.0);
         let name = format!(
             "surfaces: flat ellipsoid under pressure, nu = {nu}, {cells} cells half thickness, compliance off by"

@@ -16,6 +16,7 @@ use std::sync::Arc;
 pub const YOUNG: f64 = 1e6;
 
 /// A body at rest.
+#[derive(Clone)]
 pub struct Case {
     pub shape: Arc<dyn Shape>,
     pub spacing: f64,
@@ -33,9 +34,16 @@ impl Case {
 
     /// The same by another solver.
     pub fn solve_by(self, solver: Solver) -> Result<(Simulation, Equilibrium), String> {
+        let mut body = self.body(solver)?;
+        let found = body.solve_static(0.0, &mut |_, _| true).map_err(|e| e.to_string())?;
+        Ok((body, Equilibrium { compliance: YOUNG * found.compliance, ..found }))
+    }
+
+    /// The body before it is loaded.
+    pub fn body(self, solver: Solver) -> Result<Simulation, String> {
         let Self { shape, spacing, nu, boundaries, loads } = self;
         let load = |kind| Load { kind, ramp: Ramp::default() };
-        let mut body = Simulation::new(Setup {
+        Simulation::new(Setup {
             units: Units::Normalised,
             shape,
             resolution: Resolution::Spacing(spacing),
@@ -51,9 +59,7 @@ impl Case {
             allow_unstable: false,
             probes: Vec::new(),
         })
-        .map_err(|e| e.to_string())?;
-        let found = body.solve_static(0.0, &mut |_, _| true).map_err(|e| e.to_string())?;
-        Ok((body, Equilibrium { compliance: YOUNG * found.compliance, ..found }))
+        .map_err(|e| e.to_string())
     }
 }
 

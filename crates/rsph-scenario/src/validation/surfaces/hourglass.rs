@@ -3,8 +3,8 @@
 
 use super::case::Case;
 use super::{
-    CANTILEVER, CANTILEVER_WEIGHT, CUBE, POSITIONS, TURNS, clamped_beam, clamped_cube, end_shear, local_load,
-    own_weight, placed,
+    CANTILEVER, CANTILEVER_WEIGHT, CUBE, POSITIONS, TURNS, clamped_beam, clamped_cube, end_shear, livers,
+    local_load, own_weight, placed,
 };
 use crate::validation::Row;
 use crate::validation::case::LIVER_VISIBLE_HUMAN;
@@ -23,6 +23,9 @@ const SMOOTHING: [f64; 2] = [0.8, 1.25];
 const ERROR: f64 = 3.0;
 /// The same over the least of the three, at most.
 const WORSE: f64 = 1.25;
+
+/// Errors (%) by multiple.
+type Errors = [f64; MULTIPLES.len()];
 
 /// Errors of the compliance by multiple of the default.
 pub fn study(quick: bool, rows: &mut Vec<Row>, folder: &Path) -> Result<(), String> {
@@ -58,37 +61,29 @@ pub fn study(quick: bool, rows: &mut Vec<Row>, folder: &Path) -> Result<(), Stri
 }
 
 /// Errors (%) of every body for all multiples.
-fn errors(smoothing: f64, quick: bool) -> Result<Vec<(String, [f64; MULTIPLES.len()])>, String> {
-    let (oblique, oblique_name) = TURNS[2];
-    let mut found = Vec::new();
-    let mut add = |name: String, compliance: &dyn Fn(f64) -> Result<f64, String>, exact: f64| {
-        let mut errors = [0.0; MULTIPLES.len()];
-        for (error, multiple) in errors.iter_mut().zip(MULTIPLES) {
-            *error = 100.0 * (compliance(multiple)? / exact - 1.0);
-        }
-        found.push((name, errors));
-        Ok::<(), String>(())
-    };
-    let rest = |case: Case, hourglass: f64| -> Result<f64, String> {
-        let (_, rest) = case.solve_by(Solver { smoothing, hourglass, ..Solver::ACCURATE })?;
-        Ok(rest.compliance)
-    };
+fn errors(smoothing: f64, quick: bool) -> Result<Vec<(String, Errors)>, String> {
+    let (oblique, turn) = TURNS[2];
+    let mut bodies: Vec<(String, Case, f64)> = Vec::new();
     for (nu, exact) in [CUBE[0], CUBE[2]] {
-        let cube = |hourglass| {
-            let placed = placed(Vec3::repeat(1.0), oblique, Vec3::from(POSITIONS[0]), 1.0 / 7.0)?;
-            rest(clamped_cube(placed, 7.0, nu), hourglass)
-        };
-        add(format!("cube 7 across, {oblique_name}, nu = {nu}"), &cube, exact)?;
-        let sphere = |hourglass| rest(local_load::compliance_case(6.0, nu)?.0, hourglass);
-        let exact = local_load::compliance_case(6.0, nu)?.1;
-        add(format!("sphere under a local load, R/dx = 6, nu = {nu}"), &sphere, exact)?;
+        let placed = placed(Vec3::repeat(1.0), oblique, Vec3::from(POSITIONS[0]), 1.0 / 7.0)?;
+        bodies.push((format!("cube 7 across, {turn}, nu = {nu}"), clamped_cube(placed, 7.0, nu), exact));
+        let (sphere, exact) = local_load::with_compliance(6.0, nu)?;
+        bodies.push((format!("sphere under a local load, R/dx = 6, nu = {nu}"), sphere, exact));
     }
     for (nu, exact) in [CANTILEVER[0], CANTILEVER[3]] {
-        let beam = |hourglass| rest(clamped_beam(6.0, oblique, nu, end_shear)?, hourglass);
-        add(format!("beam 6 across, {oblique_name}, nu = {nu}"), &beam, exact)?;
+        let beam = clamped_beam(6.0, oblique, nu, end_shear)?;
+        bodies.push((format!("beam 6 across, {turn}, nu = {nu}"), beam, exact));
     }
-    let beam = |hourglass| rest(clamped_beam(6.0, None, 0.3, own_weight)?, hourglass);
-    add("beam 6 across, own weight, nu = 0.3".into(), &beam, CANTILEVER_WEIGHT)?;
+    let beam = clamped_beam(6.0, None, 0.3, own_weight)?;
+    bodies.push(("beam 6 across, own weight, nu = 0.3".into(), beam, CANTILEVER_WEIGHT));
+    let mut found = Vec::new();
+    for (name, case, exact) in bodies {
+        let compliance = |hourglass| {
+            let solver = Solver { smoothing, hourglass, ..Solver::ACCURATE };
+            Ok(case.clone().solve_by(solver)?.1.compliance)
+        };
+        found.push((name, off(compliance, exact)?));
+    }
     if liver::is_there() && !quick {
         let of = |more: Option<String>| {
             move |hourglass: f64| {
@@ -101,11 +96,20 @@ fn errors(smoothing: f64, quick: bool) -> Result<Vec<(String, [f64; MULTIPLES.le
                 Ok(solved(LIVER_VISIBLE_HUMAN, &sets)?.1.compliance)
             }
         };
-        add("liver, 1,505 particles, patch, nu = 0.3".into(), &of(None), liver::COMPLIANCE)?;
-        for (axis, acceleration, exact) in super::livers::WEIGHT {
-            let weight = super::livers::weight(acceleration);
-            add(format!("liver, own weight along {axis}"), &of(Some(weight)), exact)?;
+        found.push(("liver, 1,505 particles, patch, nu = 0.3".into(), off(of(None), liver::COMPLIANCE)?));
+        for (axis, acceleration, exact) in livers::WEIGHT {
+            let weight = livers::weight(acceleration);
+            found.push((format!("liver, own weight along {axis}"), off(of(Some(weight)), exact)?));
         }
     }
     Ok(found)
+}
+
+/// Errors (%) of what `compliance` makes of each multiple.
+fn off(compliance: impl Fn(f64) -> Result<f64, String>, exact: f64) -> Result<Errors, String> {
+    let mut errors = Errors::default();
+    for (error, multiple) in errors.iter_mut().zip(MULTIPLES) {
+        *error = 100.0 * (compliance(multiple)? / exact - 1.0);
+    }
+    Ok(errors)
 }

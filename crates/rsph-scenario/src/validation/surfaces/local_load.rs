@@ -10,14 +10,13 @@
 //!
 //! (A. I. Lurie, Theory of Elasticity, 2005, chapter 5: solid harmonics); a_n and b_n follow from the tractions on r = 1.
 
+use super::beyond;
 use super::case::{Case, YOUNG, hold, read};
 use super::meshes::{ball, shape_of, turned};
-use super::{POSITIONS, Placed, beyond};
 use crate::validation::Row;
 use rsph_core::setup::{Fix, LoadKind, PatchCentre};
 use rsph_core::tensor::Vec3;
 use std::f64::consts::FRAC_PI_2;
-use std::sync::Arc;
 
 /// Radius of the smeared load over that of the sphere.
 const RADIUS: f64 = 0.45;
@@ -115,7 +114,6 @@ fn loaded(per_radius: f64, nu: f64) -> Result<(Case, Vec3), String> {
     let spacing = 1.0 / per_radius;
     let (mesh, [x, y, z]) = turned(&ball(1.0, 5), Some([1.0, 2.0, 0.5]));
     let shape = shape_of(&mesh).map_err(|e| e.to_string())?;
-    let shape = Arc::new(Placed { shape, more: 2.0 * spacing * Vec3::from(POSITIONS[0]) });
     let boundaries = [x, y, z].map(|a| hold(beyond(Vec3::zeros(), -a), Fix::Normal)).to_vec();
     let (centre, radius) = (PatchCentre::At(z), Some(RADIUS));
     let loads = vec![LoadKind::Patch { pressure: 1.0, centre, radius, direction: -z }];
@@ -123,7 +121,7 @@ fn loaded(per_radius: f64, nu: f64) -> Result<(Case, Vec3), String> {
 }
 
 /// The sphere with its compliance for E = 1.
-pub fn compliance_case(per_radius: f64, nu: f64) -> Result<(Case, f64), String> {
+pub fn with_compliance(per_radius: f64, nu: f64) -> Result<(Case, f64), String> {
     let (case, _) = loaded(per_radius, nu)?;
     Ok((case, 0.25 * Series::new(nu).compliance))
 }
