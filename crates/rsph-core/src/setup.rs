@@ -241,19 +241,17 @@ impl Default for Solver {
     }
 }
 
-/// Modulus of the hourglass term, in units of Young's modulus, at two smoothing lengths in spacings.
-const HOURGLASS: [(f64, f64); 2] = [(0.8, 0.4), (1.25, 0.135)];
+/// Modulus of the hourglass term in units of Young's modulus, at any smoothing length (`rsph validate surfaces` studies it).
+const HOURGLASS: f64 = 0.4;
 
 impl Solver {
     /// 26 neighbours: what measured best for its price.
     pub const ACCURATE: Self = Self { formulation: Formulation::Adjoint, smoothing: 0.8, hourglass: 1.0 };
 
     /// Modulus of the hourglass term (Pa). It goes with Young's modulus, not with that of pressure waves, so that nearly
-    /// incompressible bodies do not lock; between the smoothing lengths that were studied it is interpolated.
+    /// incompressible bodies do not lock.
     pub fn hourglass_modulus(&self, young_modulus: f64) -> f64 {
-        let [(narrow, high), (wide, low)] = HOURGLASS;
-        let share = ((self.smoothing - narrow) / (wide - narrow)).clamp(0.0, 1.0);
-        self.hourglass * (high + share * (low - high)) * young_modulus
+        self.hourglass * HOURGLASS * young_modulus
     }
 }
 
