@@ -249,9 +249,12 @@ impl Solver {
     pub const ACCURATE: Self = Self { formulation: Formulation::Adjoint, smoothing: 0.8, hourglass: 1.0 };
 
     /// Modulus of the hourglass term (Pa). It goes with Young's modulus, not with that of pressure waves, so that nearly
-    /// incompressible bodies do not lock.
+    /// incompressible bodies do not lock. The paper's formulation has no such term.
     pub fn hourglass_modulus(&self, young_modulus: f64) -> f64 {
-        self.hourglass * HOURGLASS * young_modulus
+        match self.formulation {
+            Formulation::Adjoint => self.hourglass * HOURGLASS * young_modulus,
+            Formulation::Paper => 0.0,
+        }
     }
 }
 
