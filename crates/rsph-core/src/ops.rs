@@ -12,7 +12,8 @@ use crate::lattice::{Lattice, Weights};
 use crate::tensor::{Mat3, Vec3};
 use crate::tiles::{LANES, Tile, Tiles};
 use adjoint::Adjoint;
-use blocks::{Block, Results, Sum, for_each_block};
+pub use blocks::Results;
+use blocks::{Block, Sum, for_each_block};
 use even::Even;
 use gradient::Gradient;
 pub use part::Part;
@@ -85,7 +86,7 @@ pub fn gradient_sums(
 ) {
     let side = side.map_or_else(Results::none, |s| Results::new(Some(s.part), SIDE_COMPONENTS, s.values));
     let sums = GradientSums { weights: &lattice.weights, part, q, pointwise };
-    for_each_block(lattice, Results::new(None, PAIR_COMPONENTS, out), side, &sums);
+    for_each_block(lattice, None, [Results::new(None, PAIR_COMPONENTS, out), side], &sums);
 }
 
 /// [`Pointwise`] from a function of (particle, H, Q, side) for one particle at a time.
@@ -142,18 +143,31 @@ where
 /// body, if there is one.
 pub fn adjoint_sums(lattice: &Lattice, part: Option<&Part>, t: &[Tile], out: &mut [Tile]) {
     let sums = AdjointSums { weights: &lattice.weights, part, t };
-    for_each_block(lattice, Results::new(None, 3, out), Results::none(), &sums);
+    for_each_block(lattice, None, [Results::new(None, 3, out), Results::none()], &sums);
 }
 
-/// For every particle of `part` the sums S = sum_b w q_b over its neighbours, of a field of `C` components on the tiles of
-/// the part `source`; results go to `out`, a field on the tiles of `part`.
+/// A field of `C` components that sums without an offset are taken of, and what becomes of them.
+pub trait EvenField<const C: usize>: Sync {
+    /// Its values in `N` lanes of a tile of the body from `first` on; `None` where all of them are zero.
+    fn lanes<const N: usize>(&self, tile: usize, first: usize) -> Option<[[f64; N]; C]>;
+
+    /// Puts the sums in the lanes from `lane` on of `tile` into the results of that tile: as they are, if not said
+    /// otherwise.
+    #[inline(always)]
+    fn keep<S: Simd>(&self, _: S, _tile: usize, lane: usize, sums: &[S::f64s], results: &mut [Tile]) {
+        store::<S>(results, lane, sums);
+    }
+}
+
+/// For every particle of `part` the sums S = sum_b w q_b over its neighbours, of a `field`, which keeps them in `out`.
 pub fn even_sums<const C: usize>(
     lattice: &Lattice,
-    (source, q): (&Part, &[Tile]),
-    (part, out): (&Part, &mut [Tile]),
+    part: &Part,
+    field: &impl EvenField<C>,
+    out: Results<'_>,
 ) {
-    let sums = EvenSums::<C> { weights: &lattice.weights, part, source, q };
-    for_each_block(lattice, Results::new(Some(part), C, out), Results::none(), &sums);
+    let sums = EvenSums::<_, C> { weights: &lattice.weights, part, field };
+    for_each_block(lattice, Some(part), [out, Results::none()], &sums);
 }
 
 struct GradientSums<'a, P> {
@@ -206,19 +220,18 @@ impl Sum for AdjointSums<'_> {
     }
 }
 
-struct EvenSums<'a, const C: usize> {
+struct EvenSums<'a, F, const C: usize> {
     weights: &'a Weights,
     part: &'a Part,
-    source: &'a Part,
-    q: &'a [Tile],
+    field: &'a F,
 }
 
-impl<const C: usize> Sum for EvenSums<'_, C> {
+impl<F: EvenField<C>, const C: usize> Sum for EvenSums<'_, F, C> {
     #[inline(always)]
     fn run<S: Simd, T: Stencil>(&self, simd: S, stencil: T, block: Block<'_>) {
         let Block { tiles, column, planes, mut out, .. } = block;
-        let Self { weights, part, source, q } = *self;
-        let passes = Even::<_, C> { stencil, weights, tiles, part, source, q };
+        let Self { weights, part, field } = *self;
+        let passes = Even::<_, _, C> { stencil, weights, tiles, part, field };
         sweep(
             simd,
             &passes,
@@ -226,7 +239,7 @@ impl<const C: usize> Sum for EvenSums<'_, C> {
             planes,
             #[inline(always)]
             |t, lane, sums| {
-                store::<S>(out.of(t), lane, sums);
+                field.keep(simd, t, lane, &sums[..C], out.of(t));
             },
         );
     }

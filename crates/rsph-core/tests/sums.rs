@@ -2,7 +2,7 @@
 
 use rsph_core::grid::Grid;
 use rsph_core::lattice::Lattice;
-use rsph_core::ops::{self, PAIR_COMPONENTS, Part, Plain};
+use rsph_core::ops::{self, EvenField, PAIR_COMPONENTS, Part, Plain, Results};
 use rsph_core::solve::sums::noise;
 use rsph_core::tensor::{Mat3, Vec3};
 use rsph_core::tiles::{LANES, Tile};
@@ -44,6 +44,20 @@ fn random(lattice: &Lattice, components: usize, used: usize) -> (Vec<Tile>, Vec<
 /// Components of sums on a part of the body.
 const PART: usize = 9;
 
+/// A field on a part of the body.
+struct OnSource<'a> {
+    source: &'a Part,
+    values: &'a [Tile],
+}
+
+impl EvenField<PART> for OnSource<'_> {
+    fn lanes<const N: usize>(&self, tile: usize, first: usize) -> Option<[[f64; N]; PART]> {
+        self.source.number(tile)?;
+        let components = &self.values[PAIR_COMPONENTS * tile..];
+        Some(std::array::from_fn(|c| std::array::from_fn(|l| components[c].0[first + l])))
+    }
+}
+
 #[test]
 fn sums_are_those_over_neighbours_at_every_reach() {
     for smoothing in [0.75, 0.8, 1.0, 1.2, 1.25, 1.5, 2.0] {
@@ -63,14 +77,13 @@ fn check(smoothing: f64) {
     let part = Part::new(&lattice, |t| t % 7 == 0 || t % 13 < 2);
     // Of a field that is not everywhere either.
     let source = Part::new(&lattice, |t| t % 5 != 0);
-    let of_source: Vec<Tile> = source
-        .tiles()
-        .iter()
-        .flat_map(|tile| &t[PAIR_COMPONENTS * *tile as usize..][..PART])
-        .copied()
-        .collect();
-    let mut even = vec![Tile::default(); PART * part.len()];
-    ops::even_sums::<PART>(&lattice, (&source, &of_source), (&part, &mut even));
+    let field = OnSource { source: &source, values: &t };
+    let even_sums = || {
+        let mut even = vec![Tile::default(); PART * part.len()];
+        ops::even_sums(&lattice, &part, &field, Results::new(Some(&part), PART, &mut even));
+        even
+    };
+    let even = even_sums();
     let (mut sums_of_part, mut adjoint_of_part) =
         (lattice.tiles.field(PAIR_COMPONENTS), lattice.tiles.field(3));
     ops::gradient_sums(&lattice, Some(&part), &q, &mut sums_of_part, None, &Plain);
@@ -122,9 +135,7 @@ fn check(smoothing: f64) {
     let mut again = lattice.tiles.field(PAIR_COMPONENTS);
     pool.install(|| ops::gradient_sums(&lattice, None, &q, &mut again, None, &Plain));
     assert!(occupied(&lattice, &sums) == occupied(&lattice, &again));
-    let mut again = vec![Tile::default(); PART * part.len()];
-    pool.install(|| ops::even_sums::<PART>(&lattice, (&source, &of_source), (&part, &mut again)));
-    assert!(even == again);
+    assert!(even == pool.install(even_sums));
 }
 
 fn occupied(lattice: &Lattice, field: &[Tile]) -> Vec<[f64; LANES]> {

@@ -20,7 +20,7 @@ use crate::ops::{PAIR_COMPONENTS, SIDE_COMPONENTS};
 use crate::particles::{Column, Field, Particles};
 use crate::tensor::{Mat3, Vec3};
 use crate::tiles::Tile;
-use correction::{Correction, FORCE_SUMS, Row, Surroundings};
+use correction::{Correction, Row, Surroundings};
 use linear::Constants;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -67,10 +67,6 @@ struct Workspace {
     side: Vec<Tile>,
     /// Strain lifted from held faces, there.
     lifted: Vec<Tile>,
-    /// What the sums of the correction are taken of.
-    source: Vec<Tile>,
-    /// Sums of the second sweep for the correction, where it reaches.
-    beside: Vec<Tile>,
     sums: Vec<ForceSums>,
 }
 
@@ -90,8 +86,6 @@ impl Elastic {
             pair: lattice.tiles.field(PAIR_COMPONENTS),
             side: Vec::new(),
             lifted: Vec::new(),
-            source: Vec::new(),
-            beside: Vec::new(),
             sums: vec![ForceSums::default(); n.div_ceil(PARTICLES_A_SUM)],
         };
         Self {
@@ -141,13 +135,10 @@ impl Elastic {
             lifted: self.lift.particles(),
         });
         self.straighten(positions);
-        let (rows, reach) = (self.correction.rows.len(), self.correction.reach.len());
-        let zeros = |components: usize, tiles: usize| vec![Tile::default(); components * tiles];
-        self.work.side = zeros(SIDE_COMPONENTS, rows);
-        self.work.source = zeros(1, (SIDE_COMPONENTS * reach).max(FORCE_SUMS * rows));
-        self.work.beside = zeros(FORCE_SUMS, reach);
+        let on_rows = SIDE_COMPONENTS * self.correction.rows.len();
+        self.work.side = vec![Tile::default(); on_rows];
         if !self.lift.is_empty() {
-            self.work.lifted = zeros(SIDE_COMPONENTS, rows);
+            self.work.lifted = vec![Tile::default(); on_rows];
         }
         self
     }

@@ -4,7 +4,7 @@ use super::PAIR_COMPONENTS;
 use super::gradient::{Taps, for_each_square_sum};
 use super::part::Part;
 use super::stencil::Stencil;
-use super::sweep::{Line, MAX_SOURCES, Passes, Ring, copy_components};
+use super::sweep::{Line, MAX_SOURCES, Passes, Place, Ring, copy_components};
 use crate::lattice::{MAX_REACH, Weights};
 use crate::tiles::{Tile, Tiles};
 use pulp::Simd;
@@ -54,8 +54,8 @@ impl<S: Simd, T: Stencil> Passes<S> for Adjoint<'_, T> {
     }
 
     #[inline(always)]
-    fn read(&self, _: S, tile: usize, lines: &mut [Line; MAX_SOURCES], at: usize) {
-        copy_components(&self.t[PAIR_COMPONENTS * tile..][..9], lines, at);
+    fn read(&self, _: S, tile: usize, lines: &mut [Line; MAX_SOURCES], place: Place) {
+        copy_components(&self.t[PAIR_COMPONENTS * tile..][..9], lines, place);
     }
 
     #[inline(always)]

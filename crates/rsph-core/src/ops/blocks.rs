@@ -39,6 +39,7 @@ pub struct Block<'a> {
 }
 
 /// Results of some planes, on all of their tiles or on those of a part.
+#[derive(Debug)]
 pub struct Results<'a> {
     part: Option<&'a Part>,
     components: usize,
@@ -48,13 +49,13 @@ pub struct Results<'a> {
 }
 
 impl<'a> Results<'a> {
-    /// On all tiles, or on those of a part.
+    /// On all tiles, or on those of a part, with so many components each.
     pub fn new(part: Option<&'a Part>, components: usize, values: &'a mut [Tile]) -> Self {
         Self { part, components, first: 0, values }
     }
 
     /// None.
-    pub fn none() -> Self {
+    pub(super) fn none() -> Self {
         Self::new(None, 0, &mut [])
     }
 
@@ -82,8 +83,8 @@ impl<'a> Results<'a> {
 }
 
 /// Every column of tiles, cut into blocks of planes where the pieces of the threads meet. What a particle gets does
-/// not depend on the block it is in.
-pub fn for_each_block(lattice: &Lattice, out: Results<'_>, side: Results<'_>, sum: &impl Sum) {
+/// not depend on the block it is in. Only blocks with tiles of `part` are worked on, if there is one.
+pub fn for_each_block(lattice: &Lattice, part: Option<&Part>, [out, side]: [Results<'_>; 2], sum: &impl Sum) {
     let (tiles, cut) = (&lattice.tiles, lattice.weights.cut);
     if tiles.is_empty() {
         return;
@@ -94,7 +95,7 @@ pub fn for_each_block(lattice: &Lattice, out: Results<'_>, side: Results<'_>, su
     };
     let reach = reach(cut).max(1);
     let planes = 0..tiles.columns * tiles.planes;
-    Blocks { sum, cut, tiles, part: out.part, reach, arch: Arch::new() }.pieces(planes, pieces, out, side);
+    Blocks { sum, cut, tiles, part, reach, arch: Arch::new() }.pieces(planes, pieces, out, side);
 }
 
 /// How a field is cut into blocks. Planes are numbered through all columns.

@@ -1,16 +1,17 @@
 //! The passes of sums without an offset, S = sum w q_b, of fields on a part of the body.
 
+use super::EvenField;
 use super::gradient::{Taps, for_each_square_sum};
 use super::part::Part;
 use super::stencil::Stencil;
-use super::sweep::{Line, MAX_SOURCES, Passes, Ring, copy_components};
+use super::sweep::{Line, MAX_SOURCES, Passes, Place, Ring};
 use crate::lattice::{MAX_REACH, Weights};
-use crate::tiles::{LANES, Tile, Tiles};
+use crate::tiles::{LANES, Tiles};
 use pulp::Simd;
 
 /// Sums of `C` components.
 #[derive(Clone, Copy, Debug)]
-pub struct Even<'a, T, const C: usize> {
+pub struct Even<'a, T, F, const C: usize> {
     /// The offsets.
     pub stencil: T,
     /// Their weights.
@@ -19,13 +20,22 @@ pub struct Even<'a, T, const C: usize> {
     pub tiles: &'a Tiles,
     /// What they are wanted for.
     pub part: &'a Part,
-    /// Where the field is.
-    pub source: &'a Part,
     /// The field.
-    pub q: &'a [Tile],
+    pub field: &'a F,
 }
 
-impl<S: Simd, T: Stencil, const C: usize> Passes<S> for Even<'_, T, C> {
+impl<T, F: EvenField<C>, const C: usize> Even<'_, T, F, C> {
+    /// Puts `N` lanes of a tile from `first` on to the places from `at` on of the lines.
+    #[inline(always)]
+    fn put<const N: usize>(&self, tile: usize, first: usize, lines: &mut [Line; MAX_SOURCES], at: usize) {
+        let values = self.field.lanes::<N>(tile, first).unwrap_or([[0.0; N]; C]);
+        for (Line(line), values) in lines.iter_mut().zip(&values) {
+            line[at..at + N].copy_from_slice(values);
+        }
+    }
+}
+
+impl<S: Simd, T: Stencil, F: EvenField<C>, const C: usize> Passes<S> for Even<'_, T, F, C> {
     type Stencil = T;
     const SOURCES: usize = C;
     const GROUPS: usize = C;
@@ -49,10 +59,11 @@ impl<S: Simd, T: Stencil, const C: usize> Passes<S> for Even<'_, T, C> {
     }
 
     #[inline(always)]
-    fn read(&self, _: S, tile: usize, lines: &mut [Line; MAX_SOURCES], at: usize) {
-        match self.source.number(tile) {
-            Some(number) => copy_components(&self.q[C * number..][..C], lines, at),
-            None => lines[..C].iter_mut().for_each(|Line(line)| line[at..at + LANES].fill(0.0)),
+    fn read(&self, _: S, tile: usize, lines: &mut [Line; MAX_SOURCES], place: Place) {
+        match place {
+            Place::Before => self.put::<MAX_REACH>(tile, LANES - MAX_REACH, lines, LANES - MAX_REACH),
+            Place::Middle => self.put::<LANES>(tile, 0, lines, LANES),
+            Place::After => self.put::<MAX_REACH>(tile, 0, lines, 2 * LANES),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::part::Part;
 use super::stencil::Stencil;
-use super::sweep::{Line, MAX_SOURCES, Passes, Ring, copy_components};
+use super::sweep::{Line, MAX_SOURCES, Passes, Place, Ring, copy_components};
 use super::{PAIR_COMPONENTS, load};
 use crate::lattice::{MAX_REACH, Weights};
 use crate::tiles::{LANES, Tile, Tiles};
@@ -50,8 +50,8 @@ impl<S: Simd, T: Stencil> Passes<S> for Gradient<'_, T> {
     }
 
     #[inline(always)]
-    fn read(&self, _: S, tile: usize, lines: &mut [Line; MAX_SOURCES], at: usize) {
-        copy_components(&self.q[3 * tile..][..3], lines, at);
+    fn read(&self, _: S, tile: usize, lines: &mut [Line; MAX_SOURCES], place: Place) {
+        copy_components(&self.q[3 * tile..][..3], lines, place);
     }
 
     #[inline(always)]

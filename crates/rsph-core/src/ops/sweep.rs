@@ -18,6 +18,14 @@ use std::ops::Range;
 #[repr(C, align(64))]
 pub struct Line(pub [f64; 3 * LANES]);
 
+/// Where a tile stands in a [`Line`]. Of the tiles beside the middle a line holds what is within reach.
+#[derive(Clone, Copy, Debug)]
+pub enum Place {
+    Before,
+    Middle,
+    After,
+}
+
 /// Most components that a pass reads.
 pub const MAX_SOURCES: usize = 9;
 /// Most results of a particle.
@@ -70,8 +78,8 @@ pub trait Passes<S: Simd>: Sync {
     /// The part of the body that results are wanted for; `None`: all of it.
     fn part(&self) -> Option<&Part>;
 
-    /// Copies the source's values in a tile to the places from `at` on of the lines.
-    fn read(&self, simd: S, tile: usize, lines: &mut [Line; MAX_SOURCES], at: usize);
+    /// Copies the source's values in a tile to its places in the lines.
+    fn read(&self, simd: S, tile: usize, lines: &mut [Line; MAX_SOURCES], place: Place);
 
     /// Sums along x of the lanes from `lane` on of all source components.
     fn along_x(&self, simd: S, lines: &[Line], lane: usize, out: &mut [S::f64s]);
@@ -236,13 +244,13 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
         let slots = self::ring(reach as usize) as isize;
         let mut next = sources.start;
         if self.wanted(Part::ALONG_X, z, next) {
-            self.copy(z, next, &mut lines[(next & 1) as usize]);
+            self.copy((z, next), lane, &mut lines[(next & 1) as usize]);
         }
         for y in written.clone() {
             while next < sources.end && next <= y + reach {
                 // A row ahead: what was just written is slow to read at other places.
                 if next + 1 < sources.end && self.wanted(Part::ALONG_X, z, next + 1) {
-                    self.copy(z, next + 1, &mut lines[((next + 1) & 1) as usize]);
+                    self.copy((z, next + 1), lane, &mut lines[((next + 1) & 1) as usize]);
                 }
                 if self.wanted(Part::ALONG_X, z, next) {
                     let first = (next & (slots - 1)) as usize * slot_len;
@@ -277,30 +285,53 @@ impl<S: Simd, P: Passes<S>> Walk<'_, S, P> {
         self.passes.part().is_none_or(|part| part.wants(pass, self.column, z, y))
     }
 
-    /// The source's values in row `y` of plane `z`, with those beside the tile; zeros where there is none.
+    /// The source's values in row `y` of plane `z` that sums over the lanes from `lane` on see; zeros where there is none.
     #[inline(always)]
-    fn copy(&self, z: isize, y: isize, lines: &mut [Line; MAX_SOURCES]) {
-        for side in 0..3 {
-            let column = self.column as isize + side - 1;
-            let at = side as usize * LANES;
-            if self.occupied(column, z).contains(&y) {
-                let tile = self.passes.tiles().tile(column as usize, z as usize, y as usize);
-                self.passes.read(self.simd, tile, lines, at);
-            } else {
-                for Line(line) in &mut lines[..P::SOURCES] {
-                    line[at..at + LANES].fill(0.0);
-                }
-            }
+    fn copy(&self, (z, y): (isize, isize), lane: usize, lines: &mut [Line; MAX_SOURCES]) {
+        let column = self.column as isize;
+        let reach = self.passes.stencil().reach();
+        self.copy_tile((column, z, y), lines, Place::Middle);
+        if lane < reach {
+            self.copy_tile((column - 1, z, y), lines, Place::Before);
+        }
+        if lane + S::F64_LANES + reach > LANES {
+            self.copy_tile((column + 1, z, y), lines, Place::After);
+        }
+    }
+
+    #[inline(always)]
+    fn copy_tile(
+        &self,
+        (column, z, y): (isize, isize, isize),
+        lines: &mut [Line; MAX_SOURCES],
+        place: Place,
+    ) {
+        if self.occupied(column, z).contains(&y) {
+            let tile = self.passes.tiles().tile(column as usize, z as usize, y as usize);
+            self.passes.read(self.simd, tile, lines, place);
+        } else {
+            clear_components(&mut lines[..P::SOURCES], place);
         }
     }
 }
 
-/// Copies the components of a tile to the places from `at` on of the lines.
+/// Copies the components of a tile to its place in the lines.
 #[inline(always)]
-pub fn copy_components(components: &[Tile], lines: &mut [Line; MAX_SOURCES], at: usize) {
-    for (Line(line), component) in lines.iter_mut().zip(components) {
-        line[at..at + LANES].copy_from_slice(&component.0);
+pub fn copy_components(components: &[Tile], lines: &mut [Line], place: Place) {
+    for (Line(line), Tile(component)) in lines.iter_mut().zip(components) {
+        match place {
+            Place::Before => line[LANES - MAX_REACH..LANES].copy_from_slice(&component[LANES - MAX_REACH..]),
+            Place::Middle => line[LANES..2 * LANES].copy_from_slice(component),
+            Place::After => line[2 * LANES..2 * LANES + MAX_REACH].copy_from_slice(&component[..MAX_REACH]),
+        }
     }
+}
+
+/// Zeros at the place of a tile in the lines.
+#[inline(always)]
+pub fn clear_components(lines: &mut [Line], place: Place) {
+    const NONE: [Tile; MAX_SOURCES] = [Tile([0.0; LANES]); MAX_SOURCES];
+    copy_components(&NONE, lines, place);
 }
 
 /// The smallest range that holds all of them.

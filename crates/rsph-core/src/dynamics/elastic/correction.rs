@@ -11,10 +11,10 @@
 //! solves H gamma^i = (B - A)^i with H the operator of the hourglass term, V_a replaced by z_a V_a.
 //! (J.-S. Chen, M. Hillman, M. Rueter, Int. J. Numer. Meth. Eng. 95, 2013: integration constraints.)
 
-use super::linear::{Constants, scatter};
+use super::linear::{Constants, SYM, scatter};
 use crate::lattice::Lattice;
 use crate::moments::{Moments, area_vectors};
-use crate::ops::{self, PAIR_COMPONENTS, Part, Pointwise, SIDE_COMPONENTS};
+use crate::ops::{self, EvenField, PAIR_COMPONENTS, Part, Pointwise, Results, SIDE_COMPONENTS};
 use crate::tensor::{Mat3, Vec3};
 use crate::tiles::{LANES, Tile};
 use nalgebra::{Matrix4, Vector4};
@@ -33,13 +33,9 @@ const LOST: f64 = 30.0;
 const LAYERS: usize = 2;
 /// Particles that one partial sum covers.
 const PARTICLES_A_SUM: usize = 4096;
-/// Least tiles that a task works on.
-const TILES_A_TASK: usize = 64;
 
 /// Numbers of a corrected row: z, z gamma, z sum V_b w gamma_b / V, the nine of z Gamma.
 pub(super) const ROW: usize = 16;
-/// Components of the sums of the second sweep: S[zQ] and S[zQ gamma].
-pub(super) const FORCE_SUMS: usize = SIDE_COMPONENTS + 3;
 /// Row and column of the components of a symmetric tensor.
 pub(super) const PLACES: [(usize, usize); SIDE_COMPONENTS] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
 
@@ -171,48 +167,85 @@ impl Correction {
         })
     }
 
-    /// What the sums of the first sweep are taken of: the symmetric part of q (x) gamma, q = V z, on `reach`.
-    pub(super) fn strain_source(&self, q: &[Tile], source: &mut [Tile]) {
-        let each = (source.par_chunks_mut(SIDE_COMPONENTS), self.reach.tiles(), self.gamma.par_chunks(3));
-        each.into_par_iter().with_min_len(TILES_A_TASK).for_each(|(source, tile, gamma)| {
-            let q = &q[3 * *tile as usize..][..3];
-            for (Tile(source), (i, j)) in source.iter_mut().zip(PLACES) {
-                for l in 0..LANES {
-                    source[l] = 0.5 * (q[i].0[l] * gamma[j].0[l] + q[j].0[l] * gamma[i].0[l]);
-                }
-            }
-        });
-    }
-
-    /// What the sums of the second sweep are taken of: z Q and z Q gamma on the rows, of Q = V sigma there.
-    pub(super) fn force_source(&self, stress: &[Tile], source: &mut [Tile]) {
-        let each = (
-            source.par_chunks_mut(FORCE_SUMS),
-            stress.par_chunks(SIDE_COMPONENTS),
-            self.constants.par_chunks(ROW),
-        );
-        each.into_par_iter().with_min_len(TILES_A_TASK).for_each(|(source, stress, row)| {
-            let (masked, products) = source.split_at_mut(SIDE_COMPONENTS);
-            for (Tile(source), Tile(stress)) in masked.iter_mut().zip(stress) {
-                for l in 0..LANES {
-                    source[l] = row[0].0[l] * stress[l];
-                }
-            }
-            for (i, Tile(source)) in products.iter_mut().enumerate() {
-                let [x, y, z] = super::linear::SYM[i].map(|c| &stress[c].0);
-                for l in 0..LANES {
-                    // z is in these constants.
-                    source[l] = x[l] * row[1].0[l] + y[l] * row[2].0[l] + z[l] * row[3].0[l];
-                }
-            }
-        });
-    }
-
     /// gamma of a particle; zero where no corrected row sees it.
     pub(super) fn gamma(&self, tile: usize, lane: usize) -> Vec3 {
         self.reach
             .number(tile)
             .map_or_else(Vec3::zeros, |n| Vec3::from_fn(|i, _| self.gamma[3 * n + i].0[lane]))
+    }
+}
+
+/// What the sums of the first sweep are taken of: the symmetric part of q (x) gamma, q = V z.
+pub(super) struct StrainField<'a> {
+    pub(super) correction: &'a Correction,
+    pub(super) q: &'a [Tile],
+}
+
+impl EvenField<SIDE_COMPONENTS> for StrainField<'_> {
+    #[inline(always)]
+    fn lanes<const N: usize>(&self, tile: usize, first: usize) -> Option<[[f64; N]; SIDE_COMPONENTS]> {
+        let number = self.correction.reach.number(tile)?;
+        let gamma = &self.correction.gamma[3 * number..][..3];
+        let q = &self.q[3 * tile..][..3];
+        let mut values = [[0.0; N]; SIDE_COMPONENTS];
+        for (values, (i, j)) in values.iter_mut().zip(PLACES) {
+            let [qi, qj, gi, gj] = [&q[i], &q[j], &gamma[i], &gamma[j]].map(|tile| &tile.0[first..first + N]);
+            for l in 0..N {
+                values[l] = 0.5 * (qi[l] * gj[l] + qj[l] * gi[l]);
+            }
+        }
+        Some(values)
+    }
+}
+
+/// What the sums of the second sweep are taken of: z Q and z Q gamma, of Q = V sigma on the rows. To the adjoint of the
+/// gradient is added what they make.
+pub(super) struct ForceField<'a> {
+    pub(super) correction: &'a Correction,
+    /// Q.
+    pub(super) stress: &'a [Tile],
+}
+
+/// Components of [`ForceField`].
+pub(super) const FORCE_SUMS: usize = SIDE_COMPONENTS + 3;
+
+impl EvenField<FORCE_SUMS> for ForceField<'_> {
+    #[inline(always)]
+    fn lanes<const N: usize>(&self, tile: usize, first: usize) -> Option<[[f64; N]; FORCE_SUMS]> {
+        let number = self.correction.rows.number(tile)?;
+        let row = &self.correction.constants[ROW * number..][..ROW];
+        let stress = &self.stress[SIDE_COMPONENTS * number..][..SIDE_COMPONENTS];
+        let mut values = [[0.0; N]; FORCE_SUMS];
+        for (values, stress) in values.iter_mut().zip(stress) {
+            for l in 0..N {
+                values[l] = row[0].0[first + l] * stress.0[first + l];
+            }
+        }
+        for i in 0..3 {
+            let [x, y, z] = SYM[i];
+            for l in 0..N {
+                // z is in these constants.
+                let at = first + l;
+                values[SIDE_COMPONENTS + i][l] = stress[x].0[at] * row[1].0[at]
+                    + stress[y].0[at] * row[2].0[at]
+                    + stress[z].0[at] * row[3].0[at];
+            }
+        }
+        Some(values)
+    }
+
+    /// Adds S[z Q gamma] - S[z Q] gamma.
+    #[inline(always)]
+    fn keep<S: Simd>(&self, simd: S, tile: usize, lane: usize, sums: &[S::f64s], adjoint: &mut [Tile]) {
+        let Some(number) = self.correction.reach.number(tile) else { return };
+        let gamma = &self.correction.gamma[3 * number..][..3];
+        for (i, adjoint) in adjoint.iter_mut().enumerate() {
+            let mut sum = simd.add_f64s(ops::load(simd, &adjoint.0, lane), sums[SIDE_COMPONENTS + i]);
+            for j in 0..3 {
+                sum = simd.negate_mul_add_e_f64s(sums[SYM[i][j]], ops::load(simd, &gamma[j].0, lane), sum);
+            }
+            S::as_mut_simd_f64s(&mut adjoint.0[lane..lane + S::F64_LANES]).0[0] = sum;
+        }
     }
 }
 
@@ -240,9 +273,7 @@ struct Solver<'a> {
     q: Vec<Tile>,
     pair: Vec<Tile>,
     adjoint: Vec<Tile>,
-    /// z V f, on the rows.
-    source: Vec<Tile>,
-    /// Its sums, on `reach`.
+    /// Sums of z V f, on `reach`.
     beside: Vec<Tile>,
 }
 
@@ -286,7 +317,6 @@ impl<'a> Solver<'a> {
             q: tiles.field(3),
             pair: tiles.field(PAIR_COMPONENTS),
             adjoint: tiles.field(3),
-            source: vec![Tile::default(); 3 * rows.len()],
             beside: vec![Tile::default(); 3 * reach.len()],
         }
     }
@@ -365,20 +395,12 @@ impl<'a> Solver<'a> {
     /// y = H f, of fields component by component.
     fn apply(&mut self, f: &[f64], y: &mut [f64]) {
         let n = self.lattice.len();
-        scatter(&self.lattice.tiles, self.constants, f, None, &mut self.q);
+        scatter(&self.lattice.tiles, self.constants, f, None, &Vec3::zeros(), &mut self.q);
         let residual = Residual { constants: self.constants, rows: self.rows, zv: &self.zv, q: &self.q };
         ops::gradient_sums(self.lattice, Some(self.rows), &self.q, &mut self.pair, None, &residual);
         ops::adjoint_sums(self.lattice, Some(self.reach), &self.pair, &mut self.adjoint);
-        let each = (self.source.par_chunks_mut(3), self.rows.tiles(), &self.zv);
-        each.into_par_iter().with_min_len(TILES_A_TASK).for_each(|(source, tile, zv)| {
-            for (Tile(source), Tile(q)) in source.iter_mut().zip(&self.q[3 * *tile as usize..]) {
-                for l in 0..LANES {
-                    // q = V f already.
-                    source[l] = if zv.0[l] > 0.0 { q[l] } else { 0.0 };
-                }
-            }
-        });
-        ops::even_sums::<3>(self.lattice, (self.rows, &self.source), (self.reach, &mut self.beside));
+        let field = RowField { rows: self.rows, zv: &self.zv, q: &self.q };
+        ops::even_sums(self.lattice, self.reach, &field, Results::new(Some(self.reach), 3, &mut self.beside));
         let (x, yz) = y.split_at_mut(n);
         let (y, z) = yz.split_at_mut(n);
         let this = &*self;
@@ -394,6 +416,27 @@ impl<'a> Solver<'a> {
                     + volume * (this.adjoint[3 * t + i].0[lane] - this.beside[3 * number + i].0[lane]);
             }
         });
+    }
+}
+
+/// z V f, of V f in `q`.
+struct RowField<'a> {
+    rows: &'a Part,
+    zv: &'a [Tile],
+    q: &'a [Tile],
+}
+
+impl EvenField<3> for RowField<'_> {
+    #[inline(always)]
+    fn lanes<const N: usize>(&self, tile: usize, first: usize) -> Option<[[f64; N]; 3]> {
+        let zv = &self.zv[self.rows.number(tile)?].0;
+        let mut values = [[0.0; N]; 3];
+        for (values, Tile(q)) in values.iter_mut().zip(&self.q[3 * tile..]) {
+            for l in 0..N {
+                values[l] = if zv[first + l] > 0.0 { q[first + l] } else { 0.0 };
+            }
+        }
+        Some(values)
     }
 }
 

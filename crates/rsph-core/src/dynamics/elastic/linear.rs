@@ -365,12 +365,13 @@ impl Elastic {
     }
 }
 
-/// Spreads V (u + T v) over the tiles, of fields component by component; v with T, if it is there.
+/// Spreads V (u + T v - `origin`) over the tiles, of fields component by component; v with T, if it is there.
 pub(super) fn scatter(
     tiles: &Tiles,
     constants: &Constants,
     u: &[f64],
     v: Option<(&[f64], f64)>,
+    origin: &Vec3,
     q: &mut [Tile],
 ) {
     let n = u.len() / 3;
@@ -387,6 +388,7 @@ pub(super) fn scatter(
                     *z += relaxation_time * v;
                 }
             }
+            z[..count].iter_mut().for_each(|z| *z -= origin[i]);
             if mask == u8::MAX {
                 for l in 0..LANES {
                     q.0[l] = z[l] * volume[l];

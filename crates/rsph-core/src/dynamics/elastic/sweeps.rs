@@ -1,15 +1,15 @@
 //! The two sweeps of the adjoint formulation: gradient and stress, then the adjoint of the gradient.
 
-use super::correction::{Correction, FORCE_SUMS, Row};
-use super::linear::{Constants, SYM, scatter};
+use super::correction::{Correction, ForceField, Row, StrainField};
+use super::linear::{Constants, scatter};
 use super::{Elastic, Workspace};
 use crate::moments::Moments;
-use crate::ops::{self, EachParticle, PAIR_COMPONENTS, SIDE_COMPONENTS, Side};
+use crate::ops::{self, EachParticle, PAIR_COMPONENTS, Results, SIDE_COMPONENTS, Side};
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use crate::tiles::{LANES, Tile, Tiles};
 use std::ops::Range;
 
-/// A field z that was spread over the tiles as V z.
+/// A field z, less its value at the first particle, that was spread over the tiles as V z.
 #[derive(Clone, Copy)]
 pub(super) struct Spread<'a> {
     pub(super) tiles: &'a Tiles,
@@ -25,7 +25,7 @@ impl Spread<'_> {
         self.constants.moments(t, lane)
     }
 
-    /// z of a particle.
+    /// z of a particle, less that of the first.
     #[inline(always)]
     pub(super) fn value(&self, a: usize) -> Vec3 {
         let (t, lane) = self.tiles.place(a);
@@ -45,7 +45,7 @@ pub(super) struct Sums {
     /// sum V_b w (z_b - z_a).
     pub(super) laplacian: Vec3,
     pub(super) moments: Moments,
-    /// z_a.
+    /// z_a, less that of the first particle.
     pub(super) value: Vec3,
     /// Constants of the correction, where there is one.
     pub(super) row: Option<Row>,
@@ -89,18 +89,17 @@ impl Body<'_> {
 }
 
 impl Elastic {
-    /// Prepares V_b z_b of the field z = u + T v, whose gradient is the effective strain of Eq. (5), and what held faces
+    /// Prepares V_b (z_b - z_0) of the field z = u + T v, whose gradient is the effective strain of Eq. (5), and what held faces
     /// and the correction near the surface make of it.
     pub(super) fn spread(&mut self, u: &[f64], v: Option<(&[f64], f64)>) {
         let n = self.len();
-        scatter(&self.lattice.tiles, &self.constants, u, v, &mut self.work.q);
-        let Workspace { q, side, lifted, source, .. } = &mut self.work;
+        let value = |a: usize| Vec3::from_fn(|i, _| u[i * n + a] + v.map_or(0.0, |(v, t)| t * v[i * n + a]));
+        // Nothing but differences of z counts: without its translation a body far from where it started rounds no worse.
+        let origin = if n > 0 { value(0) } else { Vec3::zeros() };
+        scatter(&self.lattice.tiles, &self.constants, u, v, &origin, &mut self.work.q);
+        let Workspace { q, side, lifted, .. } = &mut self.work;
         if !self.lift.is_empty() {
             let tiles = &self.lattice.tiles;
-            let value = |a: usize| {
-                let at = |i: usize| u[i * n + a] + v.map_or(0.0, |(v, t)| t * v[i * n + a]);
-                Vec3::new(at(0), at(1), at(2))
-            };
             let constants = &self.constants;
             self.lift.lift(value, |a| {
                 let (t, lane) = tiles.place(a);
@@ -115,9 +114,9 @@ impl Elastic {
             }
         }
         if !self.correction.is_empty() {
-            let Correction { rows, reach, .. } = &self.correction;
-            self.correction.strain_source(q, &mut source[..SIDE_COMPONENTS * reach.len()]);
-            ops::even_sums::<SIDE_COMPONENTS>(&self.lattice, (reach, source), (rows, side));
+            let field = StrainField { correction: &self.correction, q };
+            let rows = &self.correction.rows;
+            ops::even_sums(&self.lattice, rows, &field, Results::new(Some(rows), SIDE_COMPONENTS, side));
         }
     }
 
@@ -190,12 +189,11 @@ impl Elastic {
 
     /// From T_a and V sigma to the sums of the second sweep, the adjoint of the gradient.
     pub(super) fn adjoint_sweep(&mut self) {
-        let Workspace { q, pair, side, beside, source, .. } = &mut self.work;
+        let Workspace { q, pair, side, .. } = &mut self.work;
         ops::adjoint_sums(&self.lattice, None, pair, q);
         if !self.correction.is_empty() {
-            let Correction { rows, reach, .. } = &self.correction;
-            self.correction.force_source(side, &mut source[..FORCE_SUMS * rows.len()]);
-            ops::even_sums::<FORCE_SUMS>(&self.lattice, (rows, source), (reach, beside));
+            let field = ForceField { correction: &self.correction, stress: side };
+            ops::even_sums(&self.lattice, &self.correction.reach, &field, Results::new(None, 3, q));
         }
         if !self.lift.is_empty() {
             let (tiles, rows, constants) = (&self.lattice.tiles, &self.correction.rows, &self.constants);
@@ -213,25 +211,12 @@ impl Elastic {
     #[inline(always)]
     pub(super) fn internal_forces(&self, first: usize, force: [&mut [f64]; 3]) {
         let [fx, fy, fz] = force;
-        let Workspace { q, beside, .. } = &self.work;
+        let Workspace { q, pair, .. } = &self.work;
         self.lattice.tiles.for_each_run(first..first + fx.len(), |a, t, lane, count| {
             let at = a - first;
             let volume = self.constants.volume(t);
-            let corrected = (!beside.is_empty()).then(|| self.correction.reach.number(t)).flatten();
             for (i, f) in [&mut *fx, &mut *fy, &mut *fz].into_iter().enumerate() {
-                let own = &self.work.pair[t * PAIR_COMPONENTS + 9 + i].0;
-                let mut adjoint = q[t * 3 + i].0;
-                if let Some(number) = corrected {
-                    // V (S[zQ gamma] - S[zQ] gamma)
-                    let sums = &beside[FORCE_SUMS * number..][..FORCE_SUMS];
-                    let gamma = &self.correction.gamma[3 * number..][..3];
-                    for l in 0..LANES {
-                        adjoint[l] += sums[SIDE_COMPONENTS + i].0[l];
-                        for j in 0..3 {
-                            adjoint[l] -= sums[SYM[i][j]].0[l] * gamma[j].0[l];
-                        }
-                    }
-                }
+                let (own, adjoint) = (&pair[t * PAIR_COMPONENTS + 9 + i].0, &q[t * 3 + i].0);
                 let f = &mut f[at..at + count];
                 if let Ok(f) = <&mut [f64; LANES]>::try_from(&mut *f) {
                     for l in 0..LANES {
