@@ -219,70 +219,117 @@ fn variance(moment: &Matrix4<f64>) -> f64 {
     (second - mean * mean.transpose()).symmetric_eigenvalues().min()
 }
 
-/// Smoothing length of quadratic fits, in spacings: their support reaches 3.1.
+/// Smoothing length of cubic fits, in spacings: their support reaches 3.75.
+const CUBIC_SMOOTHING: f64 = 1.5;
+/// The same of quadratic fits, where the particles do not determine a cubic one: their support reaches 3.1.
 const QUADRATIC_SMOOTHING: f64 = 1.24;
-/// Terms of a quadratic polynomial.
-const TERMS: usize = 10;
-/// Ratio of pivots of a moment matrix below which a quadratic polynomial is too much for its points.
+/// Terms of a quadratic and of a cubic polynomial.
+const QUADRATIC: usize = 10;
+const CUBIC: usize = 20;
+/// Largest change of a slope by independent unit changes of the values, in spacings and along any axis, with which a cubic
+/// fit is taken.
+const LARGEST_AMPLIFICATION: f64 = 1.5;
+/// Ratio of pivots of a moment matrix below which a polynomial is too much for its points.
 const SMALLEST_PIVOT: f64 = 1e-5;
 /// Share of the largest eigenvalue below which a combination of terms is left out, where no support was wide enough.
 const SMALLEST_EIGENVALUE: f64 = 1e-4;
 
-/// The gradient of a quadratic fit around a place.
+/// The gradient of a fit around a place: cubic, or quadratic where the particles do not determine a cubic.
 #[derive(Clone, Debug)]
 pub struct GradientFit {
     centre: Vec3,
     h: f64,
     /// Rows of the inverse moments for the three slopes, over h.
-    slopes: SMatrix<f64, 3, TERMS>,
+    slopes: SMatrix<f64, 3, CUBIC>,
 }
 
 /// 1, x, y, z and their products.
-fn quadratic(r: &Vec3) -> SVector<f64, TERMS> {
+fn quadratic(r: &Vec3) -> SVector<f64, QUADRATIC> {
     let [x, y, z] = [r.x, r.y, r.z];
     SVector::from([1.0, x, y, z, x * x, y * y, z * z, x * y, y * z, x * z])
 }
 
+/// The terms of [`quadratic`] and those of third order.
+fn cubic(r: &Vec3) -> SVector<f64, CUBIC> {
+    let [x, y, z] = [r.x, r.y, r.z];
+    let (xx, yy, zz) = (x * x, y * y, z * z);
+    let of_third_order = [xx * x, yy * y, zz * z, xx * y, xx * z, yy * x, yy * z, zz * x, zz * y, x * y * z];
+    let mut terms = SVector::<f64, CUBIC>::zeros();
+    terms.fixed_rows_mut::<QUADRATIC>(0).copy_from(&quadratic(r));
+    terms.fixed_rows_mut::<{ CUBIC - QUADRATIC }>(QUADRATIC).copy_from_slice(&of_third_order);
+    terms
+}
+
 impl Cloud<'_> {
-    /// The quadratic fit around `x`, for the gradient there.
+    /// The fit around `x`, for the gradient there.
     pub fn gradient_fit(&self, x: &Vec3) -> GradientFit {
+        let fit = |h: f64, slopes| GradientFit { centre: *x, h, slopes };
+        let h = CUBIC_SMOOTHING * self.spacing;
+        if let Some(slopes) = slopes(self.moment(x, h, cubic)) {
+            let fit = fit(h, slopes / h);
+            if self.amplification(&fit) < LARGEST_AMPLIFICATION {
+                return fit;
+            }
+        }
+        let quadratic_fit = |h: f64, slopes: SMatrix<f64, 3, QUADRATIC>| {
+            let mut all = SMatrix::<f64, 3, CUBIC>::zeros();
+            all.fixed_view_mut::<3, QUADRATIC>(0, 0).copy_from(&(slopes / h));
+            fit(h, all)
+        };
         let mut h = QUADRATIC_SMOOTHING * self.spacing;
         let (growth, most) = GROWTH;
         for attempt in 1.. {
-            let mut moment = SMatrix::<f64, TERMS, TERMS>::zeros();
-            self.visit_weights(x, h, |_, w, r| {
-                let p = quadratic(r);
-                moment.syger(w, &p, &p, 1.0);
-            });
-            moment.fill_upper_triangle_with_lower_triangle();
-            if let Some(cholesky) = Cholesky::new(moment) {
-                let pivots = cholesky.l_dirty().diagonal().map(|l| l * l);
-                if pivots.min() > SMALLEST_PIVOT * pivots.max() {
-                    let slopes = cholesky.inverse().fixed_view::<3, TERMS>(1, 0) / h;
-                    return GradientFit { centre: *x, h, slopes };
-                }
+            let moment = self.moment(x, h, quadratic);
+            if let Some(slopes) = slopes(moment) {
+                return quadratic_fit(h, slopes);
             }
             if attempt == most / 2 {
                 // A thin body: as much of the polynomial as its particles determine.
                 let eigen = moment.symmetric_eigen();
                 let least = SMALLEST_EIGENVALUE * eigen.eigenvalues.max();
-                let mut inverse = SMatrix::<f64, TERMS, TERMS>::zeros();
+                let mut inverse = SMatrix::<f64, QUADRATIC, QUADRATIC>::zeros();
                 for (value, v) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
                     if *value > least {
                         inverse += (v / *value) * v.transpose();
                     }
                 }
-                return GradientFit { centre: *x, h, slopes: inverse.fixed_view::<3, TERMS>(1, 0) / h };
+                return quadratic_fit(h, inverse.fixed_view::<3, QUADRATIC>(1, 0).into_owned());
             }
             h *= growth;
         }
         unreachable!("the loop returns")
     }
 
+    /// sum w p p^T of the terms p of a polynomial around `x`.
+    fn moment<const T: usize>(
+        &self,
+        x: &Vec3,
+        h: f64,
+        terms: impl Fn(&Vec3) -> SVector<f64, T>,
+    ) -> SMatrix<f64, T, T> {
+        let mut moment = SMatrix::<f64, T, T>::zeros();
+        self.visit_weights(x, h, |_, w, r| {
+            let p = terms(r);
+            moment.syger(w, &p, &p, 1.0);
+        });
+        moment.fill_upper_triangle_with_lower_triangle();
+        moment
+    }
+
+    /// Largest change of a slope by independent unit changes of the values, in spacings.
+    fn amplification(&self, fit: &GradientFit) -> f64 {
+        let mut squares = Vec3::zeros();
+        self.visit_weights(&fit.centre, fit.h, |_, w, r| {
+            let weights = fit.slopes * cubic(r) * w;
+            squares += weights.component_mul(&weights);
+        });
+        squares.max().sqrt() * self.spacing
+    }
+
     /// The gradient by `fit` of the vector field that has those values at the particles.
     pub fn gradient(&self, fit: &GradientFit, value: impl Fn(usize) -> Vec3) -> Mat3 {
-        let mut moments = SMatrix::<f64, TERMS, 3>::zeros();
-        self.visit_weights(&fit.centre, fit.h, |a, w, r| moments += quadratic(r) * value(a).transpose() * w);
+        let mut moments = SMatrix::<f64, CUBIC, 3>::zeros();
+        self.visit_weights(&fit.centre, fit.h, |a, w, r| moments += cubic(r) * value(a).transpose() * w);
         (fit.slopes * moments).transpose()
     }
 
@@ -306,6 +353,14 @@ impl Cloud<'_> {
     }
 }
 
+/// The rows of the inverse of a moment matrix for the three slopes, if it has one.
+fn slopes<const T: usize>(moment: SMatrix<f64, T, T>) -> Option<SMatrix<f64, 3, T>> {
+    let cholesky = Cholesky::new(moment)?;
+    let pivots = cholesky.l_dirty().diagonal().map(|l| l * l);
+    let is_determined = pivots.min() > SMALLEST_PIVOT * pivots.max();
+    is_determined.then(|| cholesky.inverse().fixed_view::<3, T>(1, 0).into_owned())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -326,6 +381,29 @@ mod tests {
         for x in [Vec3::new(0.02, 0.03, 0.1), Vec3::new(0.3, -0.2, -0.26), Vec3::zeros()] {
             let g = cloud.gradient(&cloud.gradient_fit(&x), |a| field(&positions[a]));
             let exact = Mat3::new(x.y, x.x, 0.0, -1.0, 0.0, 2.0 * x.z, x.z, 4.0 * x.y, x.x);
+            assert!((g - exact).amax() < 1e-9, "{g} {exact}");
+        }
+    }
+
+    #[test]
+    fn a_cubic_has_its_gradient_where_the_particles_determine_it() {
+        let positions = cloud();
+        let volume = vec![1e-3; positions.len()];
+        let cloud = Cloud::new(&positions, &volume, 0.1);
+        let field = |x: &Vec3| Vec3::new(x.x * x.y * x.z, x.z.powi(3) - x.x * x.x * x.y, x.y.powi(3));
+        for x in [Vec3::new(0.02, 0.03, 0.05), Vec3::zeros()] {
+            let g = cloud.gradient(&cloud.gradient_fit(&x), |a| field(&positions[a]));
+            let exact = Mat3::new(
+                x.y * x.z,
+                x.x * x.z,
+                x.x * x.y,
+                -2.0 * x.x * x.y,
+                -x.x * x.x,
+                3.0 * x.z * x.z,
+                0.0,
+                3.0 * x.y * x.y,
+                0.0,
+            );
             assert!((g - exact).amax() < 1e-9, "{g} {exact}");
         }
     }

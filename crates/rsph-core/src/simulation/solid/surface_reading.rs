@@ -1,6 +1,6 @@
 //! Strain and stress on the surface of a solid, read with the traction that is known there.
 //!
-//! The strain of the last layer of particles belongs to places half a spacing inside; on the surface a quadratic fit of the
+//! The strain of the last layer of particles belongs to places half a spacing inside; on the surface a cubic fit of the
 //! displacement gives the tangential strains, and the traction t the others: e = e_fit + sym(a (x) n) with sigma(e) n = t.
 //! Of t only the components that are not held are known, and a has only those: on a roller the shear is read so and the fit
 //! gives the rest, on a clamp and where forces from outside push the fit stands alone. A Kelvin-Voigt solid has
