@@ -122,7 +122,7 @@ fn sphere(quick: bool, rows: &mut Vec<Row>) -> Result<(), String> {
 
 /// The clamped cube of section 5.2, aligned with its lattice, shifted and turned against it.
 fn cubes(quick: bool, rows: &mut Vec<Row>, folder: &Path) -> Result<(), String> {
-    let sizes: &[(f64, f64)] = if quick { &[(7.0, 0.5)] } else { &[(7.0, 0.5), (13.0, 0.25)] };
+    let sizes: &[(f64, f64)] = if quick { &[(7.0, 0.5)] } else { &[(7.0, 0.5), (13.0, 0.25), (25.0, 0.12)] };
     let mut figure =
         Figure::new("Clamped cube against finite elements, worst position", "Poisson's ratio", "error (%)");
     for (n, bound) in sizes {
