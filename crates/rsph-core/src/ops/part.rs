@@ -6,9 +6,7 @@ use crate::lattice::Lattice;
 /// Some tiles of a body, numbered in their order: fields on them are stored for them alone.
 #[derive(Clone, Debug, Default)]
 pub struct Part {
-    /// Its tiles.
-    tiles: Vec<u32>,
-    /// How many of them come before each tile of the body; at the end, all.
+    /// How many of its tiles come before each tile of the body; at the end, all.
     before: Vec<u32>,
     /// What has to be done in every row of every plane of every column of the box, a bit a pass.
     wanted: Vec<u8>,
@@ -50,29 +48,20 @@ impl Part {
                 }
             }
         }
-        let mut members = Vec::new();
         for tile in 0..tiles.len() {
-            if before[tile + 1] > 0 {
-                members.push(tile as u32);
-            }
             before[tile + 1] += before[tile];
         }
-        Self { tiles: members, before, wanted, planes, rows }
+        Self { before, wanted, planes, rows }
     }
 
     /// Number of its tiles.
     pub fn len(&self) -> usize {
-        self.tiles.len()
+        self.before.last().map_or(0, |all| *all as usize)
     }
 
     /// Whether it has no tile.
     pub fn is_empty(&self) -> bool {
-        self.tiles.is_empty()
-    }
-
-    /// Its tiles, by their number in the body.
-    pub fn tiles(&self) -> &[u32] {
-        &self.tiles
+        self.len() == 0
     }
 
     /// Number of a tile of the body among those of the part, if it is one.
