@@ -14,13 +14,13 @@ from skfem.helpers import dot
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 
-def cube(n: int, young_modulus: float, poisson_ratio: float = 0.3):
+def cube(n: int, young_modulus: float):
     """Stiffness, mass (density 1) and load of n^3 elements, without what is clamped."""
     grid = np.linspace(0.0, 1.0, n + 1)
     mesh = MeshHex.init_tensor(grid, grid, grid)
     element = ElementVector(ElementHex2())
     basis = Basis(mesh, element)
-    stiffness = asm(linear_elasticity(*lame_parameters(young_modulus, poisson_ratio)), basis)
+    stiffness = asm(linear_elasticity(*lame_parameters(young_modulus, 0.3)), basis)
     mass = asm(BilinearForm(lambda u, v, w: dot(u, v)), basis)
     top = FacetBasis(mesh, element, facets=mesh.facets_satisfying(lambda x: x[2] == 1.0))
     load = asm(LinearForm(lambda v, w: v[2]), top)

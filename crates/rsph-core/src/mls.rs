@@ -1,6 +1,7 @@
 //! Linear moving least squares: values at any point from the particles around it and, transposed, a
 //! force at any point spread over them with its resultant and moment kept exactly. The weights stand for
-//! V_b W(r - r_b, h) in Eq. (8), and make linear fields exact up to the surface.
+//! V_b W(r - r_b, h) in Eq. (8), and make linear fields exact up to the surface. Gradients on the surface come from cubic
+//! fits.
 
 use crate::fit::LinearFit;
 use crate::kernel::QuarticSpline;
@@ -227,7 +228,8 @@ const QUADRATIC_SMOOTHING: f64 = 1.24;
 const QUADRATIC: usize = 10;
 const CUBIC: usize = 20;
 /// Largest change of a slope by independent unit changes of the values, in spacings and along any axis, with which a cubic
-/// fit is taken.
+/// fit is taken. With 3 the worst hoop stress of Lame's ring, 8 cells across, is off by 5.7 instead of 4.0 %; from 1.2 to 3
+/// the plate with a hole and LE1 stay as they are (`rsph validate surfaces`).
 const LARGEST_AMPLIFICATION: f64 = 1.5;
 /// Ratio of pivots of a moment matrix below which a polynomial is too much for its points.
 const SMALLEST_PIVOT: f64 = 1e-5;

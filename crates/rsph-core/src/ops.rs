@@ -86,7 +86,7 @@ pub fn gradient_sums(
 ) {
     let side = side.map_or_else(Results::none, |s| Results::new(Some(s.part), SIDE_COMPONENTS, s.values));
     let sums = GradientSums { weights: &lattice.weights, part, q, pointwise };
-    for_each_block(lattice, None, [Results::new(None, PAIR_COMPONENTS, out), side], &sums);
+    for_each_block(lattice, part, [Results::new(None, PAIR_COMPONENTS, out), side], &sums);
 }
 
 /// [`Pointwise`] from a function of (particle, H, Q, side) for one particle at a time.
@@ -143,7 +143,7 @@ where
 /// body, if there is one.
 pub fn adjoint_sums(lattice: &Lattice, part: Option<&Part>, t: &[Tile], out: &mut [Tile]) {
     let sums = AdjointSums { weights: &lattice.weights, part, t };
-    for_each_block(lattice, None, [Results::new(None, 3, out), Results::none()], &sums);
+    for_each_block(lattice, part, [Results::new(None, 3, out), Results::none()], &sums);
 }
 
 /// A field of `C` components that sums without an offset are taken of, and what becomes of them.

@@ -16,6 +16,7 @@ use rsph_core::setup::{
 };
 use rsph_core::shape::{BoxShape, Shape, SphereShape, organ};
 use rsph_core::simulation::Simulation;
+use rsph_core::surface::Surface;
 use rsph_core::tensor::Vec3;
 use std::sync::Arc;
 
@@ -91,18 +92,23 @@ fn a_moved_plate_strains_a_bar_uniformly() {
     assert!(sums.momentum_error < 1e-11, "{}", sums.momentum_error);
 }
 
+/// The surface of the unit cube at rest, pulled at its head.
+fn surface_when_pulled(mut s: Setup) -> Surface {
+    let region = plane(Axis::Z, 1.0, Side::Above);
+    s.loads = vec![Load { kind: LoadKind::Traction { region, traction: Vec3::z() }, ramp: Ramp::default() }];
+    let mut simulation = Simulation::new(s).unwrap();
+    simulation.solve_static(0.0, &mut |_, _| true).unwrap();
+    let snapshot = simulation.snapshot();
+    simulation.surface(&snapshot)
+}
+
 /// Beside an edge the stress on the surface is that of the face which is nearest, not of a normal between two faces.
 #[test]
 fn the_stress_on_the_surface_of_a_pulled_bar_is_uniform_up_to_its_edges() {
     let mut s = setup(unit_cube(), Resolution::Spacing(1.0 / 6.3), 0.3);
     let roller = |axis| Boundary { region: plane(axis, 0.0, Side::Below), fix: Fix::Normal, motion: None };
     s.boundaries = [Axis::X, Axis::Y, Axis::Z].map(roller).to_vec();
-    let region = plane(Axis::Z, 1.0, Side::Above);
-    s.loads = vec![Load { kind: LoadKind::Traction { region, traction: Vec3::z() }, ramp: Ramp::default() }];
-    let mut simulation = Simulation::new(s).unwrap();
-    simulation.solve_static(0.0, &mut |_, _| true).unwrap();
-    let snapshot = simulation.snapshot();
-    let surface = simulation.surface(&snapshot);
+    let surface = surface_when_pulled(s);
     let stress = &surface.field("stress").unwrap().values;
     assert!(stress.len() > 1000);
     for (k, s) in stress.iter().enumerate() {
@@ -118,12 +124,7 @@ fn the_shear_on_a_roller_is_what_is_known_of_its_traction() {
     let mut s = setup(unit_cube(), Resolution::Spacing(0.1), 0.3);
     let roller = |axis| Boundary { region: plane(axis, 0.0, Side::Below), fix: Fix::Normal, motion: None };
     s.boundaries = vec![roller(Axis::X), roller(Axis::Y), clamp(plane(Axis::Z, 0.0, Side::Below))];
-    let region = plane(Axis::Z, 1.0, Side::Above);
-    s.loads = vec![Load { kind: LoadKind::Traction { region, traction: Vec3::z() }, ramp: Ramp::default() }];
-    let mut simulation = Simulation::new(s).unwrap();
-    simulation.solve_static(0.0, &mut |_, _| true).unwrap();
-    let snapshot = simulation.snapshot();
-    let surface = simulation.surface(&snapshot);
+    let surface = surface_when_pulled(s);
     let (shear, stress) = (surface.field("shear_strain").unwrap(), surface.field("stress").unwrap());
     let undeformed = surface.field("displacement").unwrap().values.chunks_exact(3);
     let places = surface.mesh.vertices.iter().zip(undeformed).map(|(x, u)| x - Vec3::from_column_slice(u));

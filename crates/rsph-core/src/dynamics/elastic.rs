@@ -59,7 +59,7 @@ pub struct Elastic {
 /// Derived fields that every evaluation of the rates reuses.
 #[derive(Clone, Debug)]
 struct Workspace {
-    /// V (u + T v), tiled field of 3; after the second sweep its sums.
+    /// V (u + T v), less its value at the first particle, tiled field of 3; after the second sweep its sums.
     q: Vec<Tile>,
     /// T_a and the force that needs no neighbour's T, tiled field of 12.
     pair: Vec<Tile>,
