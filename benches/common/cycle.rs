@@ -3,6 +3,7 @@
 use rsph_core::boundary::constraints::Constraints;
 use rsph_core::boundary::fixed::Fixed;
 use rsph_core::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature};
+use rsph_core::dynamics::Scales;
 use rsph_core::dynamics::elastic::Elastic;
 use rsph_core::lattice::Lattice;
 use rsph_core::material::KelvinVoigt;
@@ -54,7 +55,7 @@ impl Cycle {
 
     /// Applies the preconditioner once.
     pub fn run(&mut self) {
-        let mut stiffness = Shifted { elastic: &mut self.elastic, mass: 0.0, stiffness: 1.0 };
+        let mut stiffness = Shifted { elastic: &mut self.elastic, scales: Scales::STATIC };
         self.multigrid.apply(&mut stiffness, &self.residual, &mut self.correction);
     }
 }

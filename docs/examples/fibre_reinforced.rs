@@ -1,6 +1,6 @@
 //! A Kelvin-Voigt solid with one family of fibres, such as muscle: stiffer along one direction.
 
-use super::{KelvinVoigt, Material, Model, Parameter};
+use super::{KelvinVoigt, Law, Material, Model, Parameter, Stiffness};
 use crate::error::InvalidInput;
 use crate::tensor::{SymTensor, Vec3};
 use std::sync::Arc;
@@ -76,18 +76,11 @@ impl Material for FibreReinforced {
         self.matrix.relaxation_time()
     }
 
-    fn stress(&self, effective_strain: SymTensor) -> SymTensor {
-        let along = self.fibre.double_dot(effective_strain);
-        self.matrix.stress(effective_strain) + self.fibre * (self.fibre_modulus * along)
-    }
-
-    fn energy_density(&self, strain: SymTensor) -> f64 {
-        let along = self.fibre.double_dot(strain);
-        self.matrix.energy_density(strain) + 0.5 * self.fibre_modulus * along * along
-    }
-
-    fn p_wave_modulus(&self) -> f64 {
-        self.matrix.p_wave_modulus() + self.fibre_modulus
+    fn law(&self) -> Law<'_> {
+        let matrix = self.matrix.stiffness();
+        Law::Linear(Stiffness::of(|e| {
+            matrix.stress(e) + self.fibre * (self.fibre_modulus * self.fibre.double_dot(e))
+        }))
     }
 }
 
@@ -103,8 +96,9 @@ mod tests {
         let e = SymTensor([0.3, -0.1, 0.2, 0.05, 0.4, -0.2]);
         let d = SymTensor([-0.2, 0.5, 0.1, 0.3, -0.1, 0.25]);
         // The energy is quadratic: the central difference is exact.
-        let slope = m.energy_density(e + d * 0.5) - m.energy_density(e + d * -0.5);
-        assert_relative_eq!(slope, m.stress(e).double_dot(d), max_relative = 1e-12);
+        let c = m.stiffness();
+        let slope = c.energy_density(e + d * 0.5) - c.energy_density(e + d * -0.5);
+        assert_relative_eq!(slope, c.stress(e).double_dot(d), max_relative = 1e-12);
     }
 
     #[test]

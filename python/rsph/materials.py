@@ -13,12 +13,14 @@ from rsph._relaxation import Relaxation, from_relaxation
 from rsph._scenario import check
 
 __all__ = [
+    "Corotated",
     "KelvinVoigt",
     "Material",
     "Model",
     "NeoHookean",
     "Parameter",
     "Relaxation",
+    "SaintVenantKirchhoff",
     "from_relaxation",
     "model",
     "models",
@@ -108,6 +110,32 @@ class KelvinVoigt(_Viscoelastic):
     """
 
     _name = "kelvin-voigt"
+
+
+class Corotated(_Viscoelastic):
+    """Linear elastic solid with Kelvin-Voigt damping that may turn: small strain, any rotation.
+
+    Args:
+        density: undeformed density (kg/m^3).
+        young_modulus: Young's modulus (Pa).
+        poisson_ratio: Poisson's ratio, greater than -1 and less than 0.5.
+        relaxation_time: relaxation time of the damping (s); 0 switches it off.
+    """
+
+    _name = "corotated"
+
+
+class SaintVenantKirchhoff(_Viscoelastic):
+    """Hooke's law for Green's strain, with Kelvin-Voigt damping: moderate strain, any rotation.
+
+    Args:
+        density: undeformed density (kg/m^3).
+        young_modulus: Young's modulus at small strain (Pa).
+        poisson_ratio: Poisson's ratio at small strain, greater than -1 and less than 0.5.
+        relaxation_time: relaxation time of the damping (s); 0 switches it off.
+    """
+
+    _name = "st-venant-kirchhoff"
 
 
 class NeoHookean(_Viscoelastic):

@@ -57,14 +57,16 @@ impl Pointwise for Plain {
     }
 }
 
-/// Components of a field beside the sums.
-pub const SIDE_COMPONENTS: usize = 6;
+/// Most components of a field beside the sums.
+pub const MAX_SIDE: usize = 9;
 
-/// A field of [`SIDE_COMPONENTS`] on a part of the body, which a sweep reads and replaces.
+/// A field on a part of the body, which a sweep reads and replaces.
 #[derive(Debug)]
 pub struct Side<'a> {
     /// The part.
     pub part: &'a Part,
+    /// Its components, [`MAX_SIDE`] at most.
+    pub components: usize,
     /// The field.
     pub values: &'a mut [Tile],
 }
@@ -84,7 +86,7 @@ pub fn gradient_sums(
     side: Option<Side<'_>>,
     pointwise: &impl Pointwise,
 ) {
-    let side = side.map_or_else(Results::none, |s| Results::new(Some(s.part), SIDE_COMPONENTS, s.values));
+    let side = side.map_or_else(Results::none, |s| Results::new(Some(s.part), s.components, s.values));
     let sums = GradientSums { weights: &lattice.weights, part, q, pointwise };
     for_each_block(lattice, part, [Results::new(None, PAIR_COMPONENTS, out), side], &sums);
 }
@@ -99,7 +101,7 @@ pub struct EachParticle<'a, F> {
 
 impl<F> Pointwise for EachParticle<'_, F>
 where
-    F: Fn(usize, &Mat3, &Vec3, &mut [f64; SIDE_COMPONENTS]) -> [f64; PAIR_COMPONENTS] + Sync,
+    F: Fn(usize, &Mat3, &Vec3, &mut [f64; MAX_SIDE]) -> [f64; PAIR_COMPONENTS] + Sync,
 {
     #[inline(always)]
     fn transform<S: Simd>(

@@ -20,8 +20,8 @@ pub use prescribed::VOLUME_INSIDE;
 pub use remeshing::{RemeshLog, Sums};
 pub use statics::Equilibrium;
 
-use crate::dynamics::{Dynamics, Energy, ForceSums};
-use crate::error::{Failure, InvalidInput};
+use crate::dynamics::{Dynamics, Energy, ForceSums, Scales};
+use crate::error::{Failure, FailureKind, InvalidInput};
 use crate::integrate::chebyshev::RungeKuttaChebyshev;
 use crate::integrate::implicit::{self, Implicit};
 use crate::integrate::{Integrator, RungeKutta4};
@@ -162,9 +162,12 @@ impl Simulation {
     pub fn new(setup: Setup) -> Result<Self, InvalidInput> {
         checks::check_solver(&setup.solver)?;
         let parts = match &setup.mechanics {
-            Mechanics::Solid if setup.material.finite_strain().is_none() => Solid::parts(&setup)?,
-            Mechanics::Solid if setup.shape.dimension() == 2 => LargeSolid::<2>::parts(&setup)?,
-            Mechanics::Solid => LargeSolid::<3>::parts(&setup)?,
+            Mechanics::Solid
+                if setup.shape.dimension() == 2 && setup.material.law().finite_strain().is_some() =>
+            {
+                LargeSolid::<2>::parts(&setup)?
+            }
+            Mechanics::Solid => Solid::parts(&setup)?,
             Mechanics::Prescribed(prescription) => PrescribedBody::parts(&setup, prescription)?,
             Mechanics::Interaction(setting) => FluidBesideSolid::parts(&setup, setting)?,
         };
@@ -313,9 +316,22 @@ impl Simulation {
         Ok(true)
     }
 
-    /// Lays the particles anew.
-    fn remesh(&mut self) -> Result<(), Failure> {
+    /// Remeshes at this moment, whatever triggers remeshing else; for a simulation that remeshes at all.
+    ///
+    /// # Errors
+    /// A body that is never remeshed (`remesh.every` is 0), and particles that no lattice can take.
+    pub fn remesh(&mut self) -> Result<(), Failure> {
         let moment = Moment { time: self.time, step: self.steps };
+        if self.setup.remesh.trigger == RemeshTrigger::Never {
+            return Err(Failure {
+                kind: FailureKind::Scattered,
+                time: moment.time,
+                step: moment.step,
+                what: "this simulation keeps the lattice that it starts on".into(),
+                place: None,
+                remedy: "give `remesh.every` or `remesh.interval`".into(),
+            });
+        }
         let energy = self.energy();
         let before = Sums::new(&self.particles, energy);
         match self.model.remesh(&self.particles, moment) {
@@ -454,7 +470,7 @@ impl Simulation {
         let mut free = u.to_vec();
         elastic.fixed.zero(&mut free, u.len() / 3);
         let mut force = vec![0.0; u.len()];
-        elastic.apply(0.0, 1.0, &free, &mut force);
+        elastic.apply(Scales::STATIC, &free, &mut force);
         Some(force)
     }
 

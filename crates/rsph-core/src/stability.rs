@@ -1,6 +1,7 @@
 //! The largest stable time step, from the largest eigenvalue of the operator.
 
 use crate::boundary::fixed::Fixed;
+use crate::dynamics::Scales;
 use crate::dynamics::elastic::Elastic;
 use crate::dynamics::large_strain::LargeStrain;
 use crate::solve::spectrum;
@@ -63,7 +64,7 @@ fn limit(kappa: f64, relaxation_time: f64) -> StepLimit {
 /// Largest eigenvalue of M^-1 K.
 pub fn largest_eigenvalue(elastic: &mut Elastic) -> f64 {
     let (mass, fixed) = (elastic.mass.clone(), elastic.fixed.clone());
-    largest(&mass, &fixed, &mut |x, y| elastic.apply(0.0, 1.0, x, y))
+    largest(&mass, &fixed, &mut |x, y| elastic.apply(Scales::STATIC, x, y))
 }
 
 /// The same where `apply(x, y)` sets y = K x.

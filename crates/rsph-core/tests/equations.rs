@@ -81,7 +81,7 @@ fn kelvin_voigt_stress_by_hand() {
     let (mu, lambda) = material.lame();
     assert_relative_eq!(mu, 4.0, max_relative = 1e-15);
     assert_relative_eq!(lambda, 4.0, max_relative = 1e-15);
-    let sigma = material.stress(SymTensor([1.0, 0.5, -0.25, 0.5, 0.0, -1.0]));
+    let sigma = material.stiffness().stress(SymTensor([1.0, 0.5, -0.25, 0.5, 0.0, -1.0]));
     let expected = [13.0, 9.0, 3.0, 4.0, 0.0, -8.0];
     for (s, e) in sigma.0.iter().zip(expected) {
         assert_relative_eq!(*s, e, epsilon = 1e-14);

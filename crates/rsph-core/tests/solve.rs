@@ -6,6 +6,7 @@ mod common;
 use common::{Noise, TestBody, ball, body, clamped_cube, face, held_cube, solve};
 use proptest::prelude::*;
 use rsph_core::boundary::fixed::{Fixed, FixedParticle};
+use rsph_core::dynamics::Scales;
 use rsph_core::dynamics::elastic::Elastic;
 use rsph_core::grid::Grid;
 use rsph_core::lattice::Lattice;
@@ -34,7 +35,7 @@ fn held_ball(smoothing: f64) -> TestBody {
 }
 
 /// Iterations from zero to a relative residual of 1e-6, with the solution.
-fn iterations(elastic: &mut Elastic, scales: (f64, f64), load: &[f64]) -> (usize, Vec<f64>) {
+fn iterations(elastic: &mut Elastic, scales: Scales, load: &[f64]) -> (usize, Vec<f64>) {
     let mut solver = StiffSolver::new(elastic);
     let mut x = vec![0.0; load.len()];
     let goal = Goal { residual: 1e-6 * solver.norm(load), iterations: 200 };
@@ -59,7 +60,7 @@ fn the_solution_is_that_of_plain_conjugate_gradients() {
     for mut body in [held_ball(0.8), clamped_cube(7, 1.25, 0.3)] {
         let load = smooth_load(&body);
         let exact = solve(&mut body.elastic, &load);
-        let (_, x) = iterations(&mut body.elastic, (0.0, 1.0), &load);
+        let (_, x) = iterations(&mut body.elastic, Scales::STATIC, &load);
         let size = exact.iter().map(|x| x * x).sum::<f64>().sqrt();
         let error = x.iter().zip(&exact).map(|(x, e)| (x - e).powi(2)).sum::<f64>().sqrt();
         assert!(error < 1e-4 * size, "{}", error / size);
@@ -80,14 +81,15 @@ fn few_iterations_for_any_size_smoothing_and_material() {
     ] {
         let mut body = clamped_cube(n, smoothing, nu);
         let load = smooth_load(&body);
-        let (static_one, _) = iterations(&mut body.elastic, (0.0, 1.0), &load);
-        let (stage, _) = iterations(&mut body.elastic, (1.0, 0.01), &load);
+        let (static_one, _) = iterations(&mut body.elastic, Scales::STATIC, &load);
+        let (stage, _) =
+            iterations(&mut body.elastic, Scales { mass: 1.0, stiffness: 0.01, damping: 0.0 }, &load);
         println!("{n}^3, h = {smoothing} dx, nu = {nu}: {static_one}, in time {stage}");
         assert!(static_one <= 20 && stage <= 20, "{static_one} {stage}");
     }
     let mut held = held_ball(0.8);
     let load = smooth_load(&held);
-    assert!(iterations(&mut held.elastic, (0.0, 1.0), &load).0 <= 20);
+    assert!(iterations(&mut held.elastic, Scales::STATIC, &load).0 <= 20);
 }
 
 /// The lattice lies anywhere with respect to a clamp, along an axis or across them.
@@ -103,7 +105,7 @@ fn iterations_do_not_depend_on_where_a_clamp_crosses_the_lattice() {
                 let clamp = Boundary { region, fix: Fix::ALL, motion: None };
                 let mut body = body(shape, Resolution::Spacing(1.0 / 18.0), 0.8, 1.0, 0.3, &[clamp]);
                 let load = smooth_load(&body);
-                iterations(&mut body.elastic, (0.0, 1.0), &load).0
+                iterations(&mut body.elastic, Scales::STATIC, &load).0
             })
             .collect();
         println!("{iterations:?}");
@@ -117,7 +119,7 @@ fn iterations_towards_the_incompressible_limit() {
     for (nu, most) in [(0.45, 20), (0.49, 40), (0.499, 80)] {
         let mut body = clamped_cube(16, 0.8, nu);
         let load = smooth_load(&body);
-        let (found, _) = iterations(&mut body.elastic, (0.0, 1.0), &load);
+        let (found, _) = iterations(&mut body.elastic, Scales::STATIC, &load);
         println!("nu = {nu}: {found}");
         assert!(found <= most, "nu = {nu}: {found}");
     }
@@ -130,7 +132,7 @@ fn bits_do_not_depend_on_the_number_of_threads() {
         pool.install(|| {
             let mut body = held_ball(0.8);
             let load = smooth_load(&body);
-            iterations(&mut body.elastic, (1.0, 0.5), &load).1
+            iterations(&mut body.elastic, Scales { mass: 1.0, stiffness: 0.5, damping: 0.0 }, &load).1
         })
     };
     let (one, three) = (on(1), on(3));
@@ -180,8 +182,9 @@ proptest! {
         body.elastic.fixed.zero(&mut x, n / 3);
         body.elastic.fixed.zero(&mut y, n / 3);
         let (mut ax, mut ay) = (vec![0.0; n], vec![0.0; n]);
-        body.elastic.apply(m, c, &x, &mut ax);
-        body.elastic.apply(m, c, &y, &mut ay);
+        let scales = Scales { mass: m, stiffness: c, damping: 0.0 };
+        body.elastic.apply(scales, &x, &mut ax);
+        body.elastic.apply(scales, &y, &mut ay);
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         prop_assert!((dot(&ax, &y) - dot(&ay, &x)).abs() < 1e-11 * dot(&ax, &x).max(dot(&ay, &y)));
         prop_assert!(dot(&ax, &x) > 0.0);

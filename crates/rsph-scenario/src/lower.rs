@@ -8,7 +8,7 @@ mod probes;
 
 use crate::scenario::{
     BodyTable, Document, FieldTable, FormulationName, Integrator, KeyPath, LoadedScenario, ModeName,
-    Scenario, ScenarioError, SolverTable, TimeStepValue, TimeTable, UnitsName,
+    Scenario, ScenarioError, ShapeTable, SolverTable, TimeStepValue, TimeTable, UnitsName,
 };
 use crate::shape_of::{FoundShape, shape_of};
 use checks::{positive, zero_or_more};
@@ -99,9 +99,9 @@ impl LoadedScenario {
         let mechanics = motion::mechanics(doc, tables)?;
         let resolution = resolution(doc, &tables.body)?;
         let material = motion::material(doc, tables, &mechanics)?;
-        let large_strain = material.finite_strain().is_some();
-        let remesh = motion::remesh(doc, tables, &mechanics, large_strain)?;
-        let solver = solver(doc, &tables.solver, &mechanics, large_strain)?;
+        let plane = matches!(tables.body.shape, Some(ShapeTable::Rectangle { .. } | ShapeTable::Disc { .. }));
+        let remesh = motion::remesh(doc, tables, &mechanics, plane)?;
+        let solver = solver(doc, &tables.solver, &mechanics, plane)?;
         let initial = |key: &str, table: &Option<FieldTable>| {
             parts::field(doc, &KeyPath::from("initial").key(key), table.as_ref())
         };
@@ -261,7 +261,7 @@ fn solver(
     doc: &Document,
     table: &SolverTable,
     mechanics: &Mechanics,
-    large_strain: bool,
+    plane: bool,
 ) -> Result<Solver, ScenarioError> {
     let path = KeyPath::from("solver");
     let formulation = match table.formulation {
@@ -269,7 +269,7 @@ fn solver(
         FormulationName::Paper => Formulation::Paper,
     };
     let on_lattice = formulation == Formulation::Adjoint && matches!(mechanics, Mechanics::Solid);
-    let usual = match (on_lattice, large_strain) {
+    let usual = match (on_lattice, plane) {
         (true, false) => Solver::ACCURATE,
         _ => Solver::default(),
     };

@@ -13,7 +13,7 @@
 use super::constraints::Hold;
 use super::surface_quadrature::{Cluster, SurfaceQuadrature};
 use crate::setup::Motion;
-use crate::tensor::{Mat3, SymTensor, Vec3};
+use crate::tensor::{Mat3, Vec3};
 use nalgebra::{Matrix4, Matrix4x3, Vector4};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -72,8 +72,8 @@ pub struct Lift {
     moment: Vec<Matrix4x3<f64>>,
     /// Values, then forces, of the particles.
     value: Vec<Vec3>,
-    /// Strains, then stresses, of the particles.
-    strain: Vec<SymTensor>,
+    /// Gradients, then stresses, of the particles.
+    gradient: Vec<Mat3>,
 }
 
 impl Lift {
@@ -131,7 +131,7 @@ impl Lift {
             residual: vec![Matrix4x3::zeros(); clusters.len()],
             moment: vec![Matrix4x3::zeros(); clusters.len()],
             value: vec![Vec3::zeros(); particles.len()],
-            strain: vec![SymTensor::default(); particles.len()],
+            gradient: vec![Mat3::zeros(); particles.len()],
             clusters,
             by_cluster,
             particles,
@@ -165,8 +165,8 @@ impl Lift {
         self.rate.fill(Vec3::zeros());
     }
 
-    /// From the values u of the particles to r on the clusters and to the strain that it lifts into each particle
-    /// of volume V, which [`Lift::strains`] gives.
+    /// From the values u of the particles to r on the clusters and to the gradient that it lifts into each particle
+    /// of volume V, which [`Lift::gradients`] gives.
     pub fn lift(&mut self, u: impl Fn(usize) -> Vec3 + Sync, volume: impl Fn(usize) -> f64 + Sync) {
         let Self {
             clusters,
@@ -178,7 +178,7 @@ impl Lift {
             residual,
             moment,
             value,
-            strain,
+            gradient,
             ..
         } = self;
         (&mut *value, &*particles)
@@ -197,23 +197,23 @@ impl Lift {
             r.set_row(0, &first);
             *moment = cluster.mass * *r;
         });
-        strain.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(k, strain)| {
-            let mut gradient = Mat3::zeros();
+        gradient.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(k, gradient)| {
+            *gradient = Mat3::zeros();
             for pair in &by_particle[starts[k]..starts[k + 1]] {
                 let normal = &clusters[pair.other as usize].normal;
-                gradient += moment[pair.other as usize].tr_mul(&pair.phi) * normal.transpose();
+                *gradient += moment[pair.other as usize].tr_mul(&pair.phi) * normal.transpose();
             }
-            *strain = SymTensor::symmetric_part(&(gradient / volume(particles[k] as usize)));
+            *gradient /= volume(particles[k] as usize);
         });
     }
 
-    /// The strains that [`Lift::lift`] found, in the order of [`Lift::particles`].
-    pub fn strains(&self) -> &[SymTensor] {
-        &self.strain
+    /// The gradients that [`Lift::lift`] found, in the order of [`Lift::particles`].
+    pub fn gradients(&self) -> &[Mat3] {
+        &self.gradient
     }
 
-    /// From the stresses of the particles to the forces on them, which [`Lift::forces`] gives.
-    pub fn react(&mut self, stress: impl Fn(usize) -> SymTensor + Sync) {
+    /// From the stresses of the particles (first Piola-Kirchhoff's) to the forces on them, which [`Lift::forces`] gives.
+    pub fn react(&mut self, stress: impl Fn(usize) -> Mat3 + Sync) {
         let Self {
             clusters,
             by_cluster,
@@ -223,17 +223,17 @@ impl Lift {
             penalty,
             residual,
             value,
-            strain,
+            gradient,
             ..
         } = self;
-        (&mut *strain, &*particles)
+        (&mut *gradient, &*particles)
             .into_par_iter()
             .with_min_len(GATHER)
             .for_each(|(sigma, a)| *sigma = stress(*a as usize));
         (&mut *residual, &*clusters).into_par_iter().with_min_len(TASK).for_each(|(r, cluster)| {
             let mut traction = *r * *penalty;
             for pair in &by_cluster[cluster.pairs.clone()] {
-                let t = strain[pair.other as usize].dot(&cluster.normal);
+                let t = gradient[pair.other as usize] * cluster.normal;
                 traction += pair.phi * t.transpose();
             }
             *r = cluster.mass * traction * cluster.projector;

@@ -3,22 +3,22 @@
 //! and a free surface needs no force of its own (Eq. 14).
 
 mod correction;
-mod inversion;
+mod law;
 mod linear;
 mod sweeps;
 
-use super::{Dynamics, Energy, ForceSums, Imposed};
+use super::{Dynamics, Energy, ForceSums, Imposed, Scales};
 use crate::boundary::constraints::Hold;
 use crate::boundary::fixed::Fixed;
 use crate::boundary::lift::Lift;
 use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::surface_quadrature::SurfaceQuadrature;
 use crate::lattice::Lattice;
-use crate::material::{Material, Tangent};
+use crate::material::{Law, Material, Stiffness};
 use crate::moments::Moments;
-use crate::ops::{PAIR_COMPONENTS, SIDE_COMPONENTS};
+use crate::ops::PAIR_COMPONENTS;
 use crate::particles::{Column, Field, Particles};
-use crate::tensor::{Mat3, Vec3};
+use crate::tensor::{Mat3, SymTensor, Vec3};
 use crate::tiles::Tile;
 use correction::{Correction, Row, Surroundings};
 use linear::Constants;
@@ -49,8 +49,12 @@ pub struct Elastic {
     pub material: Arc<dyn Material>,
     /// kappa: modulus of the hourglass term (Pa).
     pub hourglass: f64,
-    /// The material as a matrix, if it is linear.
-    tangent: Option<Tangent>,
+    /// Stiffness of the undeformed material.
+    pub stiffness: Stiffness,
+    /// Whether this is the law at any strain.
+    linear: bool,
+    /// A particle that is turned inside out.
+    inverted: Option<usize>,
     constants: Constants,
     correction: Correction,
     work: Workspace,
@@ -63,10 +67,14 @@ struct Workspace {
     q: Vec<Tile>,
     /// T_a and the force that needs no neighbour's T, tiled field of 12.
     pair: Vec<Tile>,
-    /// On the rows of the correction: its sums of the first sweep, then V sigma.
+    /// On the rows of the correction: its sums of the first sweep, then V P.
     side: Vec<Tile>,
-    /// Strain lifted from held faces, there.
+    /// Gradient (for a linear law strain) lifted from held faces, there.
     lifted: Vec<Tile>,
+    /// dF/dt, of laws that are not linear.
+    rate: Vec<Tile>,
+    /// F in the state of the tangent, of such laws, and what multiplies it; nothing: the undeformed one.
+    state: Vec<Tile>,
     sums: Vec<ForceSums>,
 }
 
@@ -86,13 +94,17 @@ impl Elastic {
             pair: lattice.tiles.field(PAIR_COMPONENTS),
             side: Vec::new(),
             lifted: Vec::new(),
+            rate: Vec::new(),
+            state: Vec::new(),
             sums: vec![ForceSums::default(); n.div_ceil(PARTICLES_A_SUM)],
         };
         Self {
             stretch: Vec::new(),
             mass: Arc::new(volume.iter().map(|v| v * material.density()).collect()),
             hourglass,
-            tangent: material.linear(),
+            stiffness: material.stiffness(),
+            linear: matches!(material.law(), Law::Linear(_)),
+            inverted: None,
             constants: Constants::new(&lattice, volume),
             correction: Correction::default(),
             lattice,
@@ -135,7 +147,7 @@ impl Elastic {
             lifted: self.lift.particles(),
         });
         self.straighten(positions);
-        let on_rows = SIDE_COMPONENTS * self.correction.rows.len();
+        let on_rows = self.components() * self.correction.rows.len();
         self.work.side = vec![Tile::default(); on_rows];
         if !self.lift.is_empty() {
             self.work.lifted = vec![Tile::default(); on_rows];
@@ -200,19 +212,21 @@ impl Elastic {
         self.lattice.is_empty()
     }
 
-    /// Internal force of the displacement field `u` (component by component) into `force`, with every
-    /// held face at rest: -K u for a linear material. Components that are held get zero.
+    /// -K u of the displacement field `u` (component by component) into `force`, with every held face at rest: its internal
+    /// force if the law is linear. Components that are held get zero.
     pub fn force_of(&mut self, u: &[f64], force: &mut [f64]) {
-        self.apply(0.0, -1.0, u, force);
+        self.apply(Scales { stiffness: -1.0, ..Scales::default() }, u, force);
     }
 
-    /// y = (m M + c K) x with M the masses and every held face at rest, of fields component by component.
+    /// y = (m M + k K + c C) x with M the masses, K the stiffness about the state of the last
+    /// [`linearise`](Self::linearise), C the damping there and every held face at rest, of fields component by component.
     /// Components that are held get zero.
-    pub fn apply(&mut self, m: f64, c: f64, x: &[f64], y: &mut [f64]) {
+    pub fn apply(&mut self, scales: Scales, x: &[f64], y: &mut [f64]) {
         let n = self.len();
+        let (m, c) = (scales.mass, scales.of_stiffness(self.material.relaxation_time()));
         self.lift.rest();
         self.spread(x, None);
-        self.stress_sweep();
+        self.tangent_sweep(scales);
         self.adjoint_sweep();
         let (yx, yyz) = y.split_at_mut(n);
         let (yy, yz) = yyz.split_at_mut(n);
@@ -242,11 +256,10 @@ impl Elastic {
 
     /// Strain e = sym grad u of every particle, component by component (6 n values).
     pub fn strain(&mut self, t: f64, u: &[f64]) -> Vec<f64> {
-        self.lift.set_targets(|m| m.displacement(t), |m| m.velocity(t));
-        self.spread(u, None);
+        self.spread_displacement(t, u);
         self.visit_sums(|_, _, sums, _| {
             let mut out = [0.0; PAIR_COMPONENTS];
-            out[..6].copy_from_slice(&sums.strain.0);
+            out[..6].copy_from_slice(&SymTensor::symmetric_part(&sums.deformation).0);
             out
         });
         self.gather_pair(0..6)
@@ -256,8 +269,7 @@ impl Elastic {
     /// A field that is linear in the undeformed body is exact only where its lattice is that body's, or before
     /// [`with_surface`](Self::with_surface).
     pub fn gradient(&mut self, t: f64, u: &[f64]) -> Vec<Mat3> {
-        self.lift.set_targets(|m| m.displacement(t), |m| m.velocity(t));
-        self.spread(u, None);
+        self.spread_displacement(t, u);
         self.visit_sums(|body, a, sums, _| {
             let g = undeformed(body.stretch, a, &sums.gradient);
             std::array::from_fn(|i| if i < 9 { g[(i / 3, i % 3)] } else { 0.0 })
@@ -278,13 +290,9 @@ impl Dynamics for Elastic {
 
     fn rates(&mut self, t: f64, particles: &Particles, rates: &mut [Column]) -> ForceSums {
         let n = self.len();
-        let relaxation_time = self.material.relaxation_time();
         let (u, v) = (particles.column(Field::Displacement), particles.column(Field::Velocity));
-        // Held faces at this moment: u_D + T du_D/dt, like every other displacement.
-        self.lift.set_targets(|m| m.displacement(t) + m.velocity(t) * relaxation_time, |m| m.velocity(t));
 
-        self.spread(u.values(), Some((v.values(), relaxation_time)));
-        self.stress_sweep(); // Eqs. (10), (13), (5)
+        self.stress_sweep_at(t, u.values(), v.values()); // Eqs. (10), (13), (5)
         self.adjoint_sweep(); // Eq. (12)
 
         let [du, dv] = rates else { unreachable!("two integrated columns") };
@@ -350,12 +358,11 @@ impl Dynamics for Elastic {
     fn derive_some(&mut self, t: f64, wanted: &[Field], particles: &mut Particles) {
         let n = self.len();
         let wants = |field| wanted.contains(&field);
-        let relaxation_time = self.material.relaxation_time();
         let u = particles.column(Field::Displacement).clone();
         let v = particles.column(Field::Velocity).clone();
+        let [strain, stress] = self.strain_and_stress(t, u.values(), v.values());
         if wants(Field::Strain) || wants(Field::Density) {
-            let strain = self.strain(t, u.values());
-            // Eq. (1) on the lattice of the last remesh: d(ln rho)/dt = -tr(de/dt).
+            // Eq. (1), integrated: d(ln rho)/dt = -tr(de/dt), and the trace of Hencky's strain is ln det F.
             let volume = particles.column(Field::Volume).values();
             let density = (0..n)
                 .map(|a| self.mass[a] / volume[a] * (-(strain[a] + strain[n + a] + strain[2 * n + a])).exp())
@@ -364,44 +371,18 @@ impl Dynamics for Elastic {
             particles.set(Field::Strain, Column::from_vec(strain, n));
         }
         if wants(Field::Stress) || wants(Field::VonMises) {
-            // Stress at the effective strain e + T de/dt, Eq. (5).
-            self.lift.set_targets(|m| m.displacement(t) + m.velocity(t) * relaxation_time, |m| m.velocity(t));
-            self.spread(u.values(), Some((v.values(), relaxation_time)));
-            let material = Arc::clone(&self.material);
-            self.visit_sums(|_, _, sums, _| {
-                let mut out = [0.0; PAIR_COMPONENTS];
-                let sigma = material.stress(sums.strain);
-                out[..6].copy_from_slice(&sigma.0);
-                out[6] = sigma.von_mises();
-                out
-            });
+            let von_mises = |a: usize| SymTensor(std::array::from_fn(|c| stress[c * n + a])).von_mises();
+            particles.set(Field::VonMises, Column::from_vec((0..n).map(von_mises).collect(), n));
             if wants(Field::Stress) {
-                particles.set(Field::Stress, Column::from_vec(self.gather_pair(0..6), n));
+                particles.set(Field::Stress, Column::from_vec(stress, n));
             }
-            particles.set(Field::VonMises, Column::from_vec(self.gather_pair(6..7), n));
         }
     }
 
     fn energy(&mut self, t: f64, particles: &Particles) -> Energy {
         let (u, v) = (particles.column(Field::Displacement), particles.column(Field::Velocity));
-        self.lift.set_targets(|m| m.displacement(t), |m| m.velocity(t));
-        self.spread(u.values(), None);
-        let (material, kappa) = (Arc::clone(&self.material), self.hourglass);
-        self.visit_sums(|_, _, sums, _| {
-            // Energy of the one-sided residual u_b - u_a - G_a X; pairs of particles count from both sides.
-            // G M G^T = G H^T for H = G M, where L is the (pseudo-)inverse of M.
-            let residual = -2.0 * sums.value.dot(&sums.laplacian) - sums.gradient.dot(&sums.first);
-            let mut out = [0.0; PAIR_COMPONENTS];
-            out[0] = sums.moments.volume * (material.energy_density(sums.strain) + 0.5 * kappa * residual);
-            out
-        });
-        let elastic: f64 = (0..self.len())
-            .map(|a| {
-                let (t, lane) = self.lattice.tiles.place(a);
-                self.work.pair[t * PAIR_COMPONENTS].0[lane]
-            })
-            .sum();
+        let elastic = self.elastic_energy(t, 1.0, u.values());
         let kinetic = (0..self.len()).map(|a| 0.5 * self.mass[a] * v.vector(a).norm_squared()).sum();
-        Energy { kinetic, elastic: elastic + self.lift.energy() }
+        Energy { kinetic, elastic }
     }
 }

@@ -81,7 +81,7 @@ impl<const D: usize> LargeStrain<D> {
         material: Arc<dyn Material>,
         hourglass_weight: f64,
     ) -> Result<Self, InvalidInput> {
-        if material.finite_strain().is_none() {
+        if material.law().finite_strain().is_none() {
             return Err(InvalidInput::new(
                 "material.model",
                 material.name(),
@@ -336,7 +336,7 @@ impl<const D: usize> Dynamics for LargeStrain<D> {
 
 /// The law for large strain of a material that has one.
 fn law_of(material: &dyn Material) -> &dyn FiniteStrain {
-    match material.finite_strain() {
+    match material.law().finite_strain() {
         Some(law) => law,
         None => unreachable!("checked when the body was made"),
     }

@@ -29,6 +29,29 @@ pub struct Account {
     pub sums_dissipation: bool,
 }
 
+/// Shares of masses M, stiffness K = -df/du and damping C = -df/dv in m M + k K + c C.
+///
+/// (0, 1, 0) is the static stiffness; (1, s^2, s) with s = gamma dt an implicit stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Scales {
+    /// m.
+    pub mass: f64,
+    /// k.
+    pub stiffness: f64,
+    /// c.
+    pub damping: f64,
+}
+
+impl Scales {
+    /// K alone.
+    pub const STATIC: Self = Self { mass: 0.0, stiffness: 1.0, damping: 0.0 };
+
+    /// k + c T, by which K counts where C = T K.
+    pub fn of_stiffness(&self, relaxation_time: f64) -> f64 {
+        self.stiffness + self.damping * relaxation_time
+    }
+}
+
 /// A right-hand side.
 pub trait Dynamics: std::fmt::Debug + Send + Sync {
     /// The columns that are integrated in time.

@@ -12,7 +12,7 @@ use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::traction_free::penalty_force;
 use crate::kernel::QuarticSpline;
 use crate::level_set::normals;
-use crate::material::Material;
+use crate::material::{Material, Stiffness};
 use crate::neighbors::Pairs;
 use crate::particles::{Column, Field, Particles};
 use crate::tensor::{Mat3, SymTensor, Vec3};
@@ -32,6 +32,7 @@ pub struct Paper {
     /// Loads.
     pub loads: Vec<NodalLoad>,
     mass: Vec<f64>,
+    stiffness: Stiffness,
     spacing: f64,
     kernel: QuarticSpline<3>,
     pairs: Pairs,
@@ -55,6 +56,7 @@ impl Paper {
     ) -> Self {
         let n = mass.len();
         Self {
+            stiffness: material.stiffness(),
             material,
             fixed,
             loads,
@@ -134,7 +136,7 @@ impl Dynamics for Paper {
         for a in 0..n {
             self.strain_rate[a] = SymTensor::symmetric_part(&velocity_gradient[a]); // Eq. (13)
             let effective = strain.tensor(a) + self.strain_rate[a] * self.material.relaxation_time();
-            self.stress[a] = self.material.stress(effective); // Eq. (5)
+            self.stress[a] = self.stiffness.stress(effective); // Eq. (5)
         }
         let level_set = particles.column(Field::LevelSet).values();
         let normal = normals(&self.position, &self.volume, level_set, &self.pairs, &self.kernel); // Eq. (15)
@@ -192,7 +194,7 @@ impl Dynamics for Paper {
         let (mut stress, mut von_mises) = (vec![0.0; 6 * n], vec![0.0; n]);
         for a in 0..n {
             let rate = SymTensor::symmetric_part(&self.gradient(a, |b| v.vector(b)));
-            let sigma = self.material.stress(strain.tensor(a) + rate * self.material.relaxation_time());
+            let sigma = self.stiffness.stress(strain.tensor(a) + rate * self.material.relaxation_time());
             for (c, s) in sigma.0.iter().enumerate() {
                 stress[c * n + a] = *s;
             }
@@ -209,7 +211,7 @@ impl Dynamics for Paper {
         let mut energy = Energy::default();
         for a in 0..self.mass.len() {
             energy.kinetic += 0.5 * self.mass[a] * v.vector(a).norm_squared();
-            energy.elastic += self.volume[a] * self.material.energy_density(strain.tensor(a));
+            energy.elastic += self.volume[a] * self.stiffness.energy_density(strain.tensor(a));
         }
         energy
     }

@@ -1,8 +1,8 @@
-//! Implicit schemes for stiff viscosity: each stage is one linear system with M + c (c + T) K, where c is
-//! the stage's share of the time step.
+//! Implicit schemes: each stage solves M a = f(u* + c^2 a, v* + c a) by Newton's method, with M + c^2 K + c C, where c is the
+//! stage's share of the time step; a linear law takes one step of it.
 
 use super::{Integrator, Step, StepSums};
-use crate::dynamics::{Dynamics, ForceSums};
+use crate::dynamics::{Dynamics, ForceSums, Scales};
 use crate::error::{FailureKind, InvalidInput};
 use crate::particles::{Column, Field, Particles};
 use crate::solve::cg::Goal;
@@ -18,6 +18,12 @@ const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 const STAGE: f64 = 0.02;
 /// Iterations after which a stage counts as unsolvable.
 const MAX_ITERATIONS: usize = 500;
+/// Steps of Newton's method in a stage.
+const MAX_NEWTON_STEPS: usize = 12;
+/// Growth of the residual from one of them to the next at which a stage is given up.
+const DIVERGED: f64 = 10.0;
+/// Residual of the linear system of one of them, as a share of its right-hand side.
+const FORCING: f64 = 0.02;
 /// Bounds of the change of a step, and the share of the estimated best one that is taken.
 const CHANGE: (f64, f64, f64) = (0.2, 2.0, 0.9);
 
@@ -44,7 +50,10 @@ pub struct Implicit {
     first: [Vec<f64>; 2],
     rates: Vec<Column>,
     force: Vec<f64>,
+    /// Change of the acceleration of a step of Newton's method.
     acceleration: Vec<f64>,
+    /// Acceleration of the stage.
+    total: Vec<f64>,
     reference: f64,
 }
 
@@ -60,7 +69,11 @@ impl Implicit {
     ) -> Self {
         let n = particles.len();
         let zeros = || vec![0.0; 3 * n];
-        let mut solver = dynamics.elastic().map(|elastic| StiffSolver::new(elastic).recalling());
+        let mut solver = dynamics.elastic().map(|elastic| {
+            let solver = StiffSolver::new(elastic);
+            // What is remembered is of one matrix.
+            if elastic.is_linear() { solver.recalling() } else { solver }
+        });
         let mut scale = 0.0;
         if let (Some(elastic), Some(solver), Some(_)) = (dynamics.elastic(), &mut solver, adaptive) {
             // The displacement at rest under all loads, if the body is held.
@@ -68,7 +81,7 @@ impl Implicit {
             elastic.fixed.zero(&mut load, n);
             let mut rest = zeros();
             let goal = Goal { residual: 0.01 * solver.norm(&load), iterations: 100 };
-            let outcome = solver.solve(elastic, (0.0, 1.0), &load, &mut rest, goal, &mut |_, _| true);
+            let outcome = solver.solve(elastic, Scales::STATIC, &load, &mut rest, goal, &mut |_, _| true);
             if outcome.converged {
                 scale = solver.norm(&rest);
             }
@@ -84,6 +97,7 @@ impl Implicit {
             rates: vec![Column::zeros(3, n), Column::zeros(3, n)],
             force: zeros(),
             acceleration: zeros(),
+            total: zeros(),
             reference: 0.0,
         }
     }
@@ -96,55 +110,74 @@ impl Implicit {
         t: f64,
         c: f64,
     ) -> Result<(ForceSums, u64), (FailureKind, String)> {
-        let n = particles.len();
         let velocity = particles.column(Field::Velocity).clone();
         add(particles.column_mut(Field::Displacement).values_mut(), c, velocity.values());
         dynamics.impose(t, particles);
-        dynamics.rates(t, particles, &mut self.rates);
-        let (Some(elastic), Some(solver)) = (dynamics.elastic(), &mut self.solver) else {
+        let mut sums = dynamics.rates(t, particles, &mut self.rates);
+        let Some(elastic) = dynamics.elastic() else {
             return Err((FailureKind::NotConverged, "this body has no stiffness to solve with".into()));
         };
-        let relaxation_time = elastic.material.relaxation_time();
-        let mass = &elastic.mass;
-        let dv = self.rates[1].values();
-        for (f, dv) in self.force.chunks_mut(n).zip(dv.chunks(n)) {
-            f.par_iter_mut()
-                .zip(dv)
-                .zip(&**mass)
-                .with_min_len(VALUES_A_TASK)
-                .for_each(|((f, dv), m)| *f = m * dv);
-        }
-        self.reference = self.reference.max(solver.norm(&self.force));
         // Without inertia and with a constant load the velocity dies out like this.
-        let guess = -1.0 / (c + relaxation_time);
+        let guess = -1.0 / (c + elastic.material.relaxation_time());
         crate::solve::sums::combine(guess, velocity.values(), 0.0, &mut self.acceleration);
+        elastic.fixed.zero(&mut self.acceleration, particles.len());
         drop(velocity);
-        elastic.fixed.zero(&mut self.acceleration, n);
-        let before = solver.applications();
-        let outcome = solver.solve(
-            elastic,
-            (1.0, c * (c + relaxation_time)),
-            &self.force,
-            &mut self.acceleration,
-            Goal { residual: STAGE * self.tolerance * self.reference, iterations: MAX_ITERATIONS },
-            &mut |_, residual| residual.is_finite(),
-        );
-        let applications = solver.applications() - before;
-        if !outcome.converged {
-            return Err((
-                FailureKind::NotConverged,
-                format!(
-                    "a stage of the time step was not solved in {} iterations (residual {:.1e} of the load)",
-                    outcome.iterations,
-                    outcome.residual / self.reference
-                ),
-            ));
+        let is_linear = elastic.is_linear();
+        self.total.fill(0.0);
+        let (mut applications, mut before) = (1, f64::INFINITY);
+        for step in 0..MAX_NEWTON_STEPS {
+            let (Some(elastic), Some(solver)) = (dynamics.elastic(), &mut self.solver) else { break };
+            if let Some(a) = elastic.inverted() {
+                let what = format!("a particle was turned inside out (det F <= 0), number {a}");
+                return Err((FailureKind::Inverted, what));
+            }
+            residual(&elastic.mass, self.rates[1].values(), &self.total, &mut self.force);
+            let size = solver.norm(&self.force);
+            self.reference = self.reference.max(size);
+            let goal = STAGE * self.tolerance * self.reference;
+            if step > 0 && (is_linear || size <= goal) {
+                return Ok((sums, applications));
+            }
+            if size.is_nan() || size > DIVERGED * before {
+                break;
+            }
+            before = size;
+            let taken = (step > 0).then_some(1.0);
+            elastic.linearise_for_newton(t, 1.0, particles.column(Field::Displacement).values(), taken);
+            let wanted = if is_linear { goal } else { (FORCING * size).max(0.5 * goal) };
+            let so_far = solver.applications();
+            let outcome = solver.solve(
+                elastic,
+                Scales { mass: 1.0, stiffness: c * c, damping: c },
+                &self.force,
+                &mut self.acceleration,
+                Goal { residual: wanted, iterations: MAX_ITERATIONS },
+                &mut |_, residual| residual.is_finite(),
+            );
+            applications += solver.applications() - so_far + 1;
+            if !outcome.converged {
+                return Err((
+                    FailureKind::NotConverged,
+                    format!(
+                        "a stage of the time step was not solved in {} iterations (residual {:.1e} of the load)",
+                        outcome.iterations,
+                        outcome.residual / self.reference
+                    ),
+                ));
+            }
+            let a = &self.acceleration;
+            add(particles.column_mut(Field::Displacement).values_mut(), c * c, a);
+            add(particles.column_mut(Field::Velocity).values_mut(), c, a);
+            add(&mut self.total, 1.0, a);
+            if !is_linear {
+                self.acceleration.fill(0.0);
+            }
+            // What holds the body, at the end of the stage.
+            sums = dynamics.rates(t, particles, &mut self.rates);
         }
-        let a = &self.acceleration;
-        add(particles.column_mut(Field::Displacement).values_mut(), c * c, a);
-        add(particles.column_mut(Field::Velocity).values_mut(), c, a);
-        // What holds the body, at the end of the stage.
-        Ok((dynamics.rates(t, particles, &mut self.rates), applications + 2))
+        let what =
+            format!("Newton's method did not solve a stage of the time step in {MAX_NEWTON_STEPS} steps");
+        Err((FailureKind::NotConverged, what))
     }
 
     fn set(particles: &mut Particles, u: &[f64], v: &[f64]) {
@@ -202,7 +235,7 @@ impl Integrator for Implicit {
             integral = integral.add_scaled(dt - c, &sums);
             evaluations += count;
             self.first[0].copy_from_slice(particles.column(Field::Velocity).values());
-            self.first[1].copy_from_slice(&self.acceleration);
+            self.first[1].copy_from_slice(&self.total);
             let [u, v] = &self.start;
             Self::set(particles, u, v);
             add(particles.column_mut(Field::Displacement).values_mut(), dt - c, &self.first[0]);
@@ -232,6 +265,19 @@ impl Integrator for Implicit {
             dissipated: 0.0,
         };
         Ok(step)
+    }
+}
+
+/// force = M (rate - acceleration) of fields component by component, rate the accelerations that the forces want.
+fn residual(mass: &[f64], rate: &[f64], acceleration: &[f64], force: &mut [f64]) {
+    let n = mass.len().max(1);
+    for ((f, rate), a) in force.chunks_mut(n).zip(rate.chunks(n)).zip(acceleration.chunks(n)) {
+        f.par_iter_mut()
+            .zip(rate)
+            .zip(a)
+            .zip(mass)
+            .with_min_len(VALUES_A_TASK)
+            .for_each(|(((f, rate), a), m)| *f = m * (rate - a));
     }
 }
 

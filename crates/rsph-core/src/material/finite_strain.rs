@@ -1,4 +1,4 @@
-//! What a material for large deformation adds: energy and stress as functions of the deformation gradient.
+//! Laws for any deformation: energy and stress as functions of the deformation gradient.
 
 use crate::tensor::Mat3;
 use std::fmt::Debug;

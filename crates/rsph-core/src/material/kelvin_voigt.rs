@@ -1,8 +1,7 @@
 //! The linear viscoelastic solid of Hooke and Kelvin-Voigt, Eqs. (5) and (6).
 
-use super::{Material, Model, Parameter};
+use super::{ISOTROPIC, Law, Material, Model, Stiffness};
 use crate::error::InvalidInput;
-use crate::tensor::SymTensor;
 use std::sync::Arc;
 
 /// Eq. (5): sigma = 2 mu (e + T de/dt) + lambda tr(e + T de/dt) I.
@@ -17,17 +16,7 @@ pub struct KelvinVoigt {
 pub(super) const MODEL: Model = Model {
     name: "kelvin-voigt",
     doc: "linear elastic solid with Kelvin-Voigt damping (Eq. 5), for small strain",
-    parameters: &[
-        Parameter { key: "density", unit: "kg/m^3", doc: "density rho", default: None },
-        Parameter { key: "young_modulus", unit: "Pa", doc: "Young's modulus E", default: None },
-        Parameter { key: "poisson_ratio", unit: "1", doc: "Poisson's ratio nu", default: None },
-        Parameter {
-            key: "relaxation_time",
-            unit: "s",
-            doc: "relaxation time T of the damping",
-            default: None,
-        },
-    ],
+    parameters: &ISOTROPIC,
     build: |p| Ok(Arc::new(KelvinVoigt::new(p[0], p[1], p[2], p[3])?)),
 };
 
@@ -93,26 +82,7 @@ impl Material for KelvinVoigt {
         self.relaxation_time
     }
 
-    /// Eq. (5), with e + T de/dt already formed.
-    #[inline(always)]
-    fn stress(&self, effective_strain: SymTensor) -> SymTensor {
-        let p = self.lambda * effective_strain.trace();
-        let mut sigma = effective_strain * (2.0 * self.mu);
-        for i in 0..3 {
-            sigma.0[i] += p;
-        }
-        sigma
-    }
-
-    fn energy_density(&self, strain: SymTensor) -> f64 {
-        0.5 * self.stress(strain).double_dot(strain)
-    }
-
-    fn p_wave_modulus(&self) -> f64 {
-        self.lambda + 2.0 * self.mu
-    }
-
-    fn young_modulus(&self) -> f64 {
-        self.mu * (3.0 * self.lambda + 2.0 * self.mu) / (self.lambda + self.mu)
+    fn law(&self) -> Law<'_> {
+        Law::Linear(Stiffness::isotropic(self.mu, self.lambda)) // Eq. (5)
     }
 }

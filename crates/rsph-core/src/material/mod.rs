@@ -1,68 +1,157 @@
 //! Materials. One model a file, plus one line in [`REGISTRY`].
 
+mod corotated;
+mod damping;
 mod finite_strain;
 mod kelvin_voigt;
 mod neo_hookean;
 mod passive;
+mod saint_venant_kirchhoff;
 
+pub use corotated::Corotated;
 pub use finite_strain::FiniteStrain;
 pub use kelvin_voigt::KelvinVoigt;
 pub use neo_hookean::NeoHookean;
 pub use passive::Passive;
+pub use saint_venant_kirchhoff::SaintVenantKirchhoff;
 
 use crate::error::InvalidInput;
-use crate::tensor::SymTensor;
+use crate::tensor::{Mat3, SymTensor};
 use std::fmt::Debug;
 use std::sync::Arc;
 
-/// A linear map from strain to stress, both with their six components in VTK order.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tangent(pub [[f64; 6]; 6]);
-
-/// A viscoelastic solid of Kelvin-Voigt form: its stress is a function of the *effective strain*
-/// e + T de/dt, Eq. (5).
+/// A constitutive law with its density and damping.
 pub trait Material: Debug + Send + Sync {
     /// Name in scenario files.
     fn name(&self) -> &'static str;
     /// Density rho in the undeformed state (kg/m^3).
     fn density(&self) -> f64;
-    /// Relaxation time T (s).
+    /// Relaxation time T (s): viscosity over stiffness in the undeformed state.
     fn relaxation_time(&self) -> f64;
-    /// Stress (Pa) at the effective strain e + T de/dt.
-    fn stress(&self, effective_strain: SymTensor) -> SymTensor;
-    /// The law as a matrix, of a material whose stress is a linear function of the strain; `None` for any
-    /// other.
-    fn linear(&self) -> Option<Tangent> {
-        let mut unit = [0.0; 6];
-        let columns: [SymTensor; 6] = std::array::from_fn(|j| {
-            unit.fill(0.0);
-            unit[j] = 1.0;
-            self.stress(SymTensor(unit))
-        });
-        Some(Tangent(std::array::from_fn(|i| columns.map(|c| c.0[i]))))
+    /// Stress as a function of the deformation.
+    fn law(&self) -> Law<'_>;
+    /// Stiffness in the undeformed state.
+    fn stiffness(&self) -> Stiffness {
+        self.law().stiffness()
     }
-    /// Elastic energy density (J/m^3) at strain e.
-    fn energy_density(&self, strain: SymTensor) -> f64;
-    /// P-wave modulus lambda + 2 mu (Pa): the scale of waves and of volume changes.
-    fn p_wave_modulus(&self) -> f64;
-    /// Young's modulus (Pa) for small strain, the mean of those along the axes where they differ: the scale of the
-    /// hourglass term and of penalties.
+    /// Young's modulus (Pa) in the undeformed state, the mean of those along the axes where they differ: the scale of
+    /// the hourglass term and of penalties.
     fn young_modulus(&self) -> f64 {
-        let strain = |j: usize| SymTensor(std::array::from_fn(|k| if k == j { SMALL } else { 0.0 }));
-        let columns: [SymTensor; 3] = std::array::from_fn(|j| self.stress(strain(j)));
-        let stiffness = nalgebra::Matrix3::from_fn(|i, j| columns[j].0[i] / SMALL);
-        let compliance = stiffness.try_inverse().map_or(f64::INFINITY, |c| c.trace() / 3.0);
-        1.0 / compliance
+        self.stiffness().young_modulus()
     }
-    /// The law for large deformation, if it has one; the functions of strain above are then its limit for
-    /// small strain.
-    fn finite_strain(&self) -> Option<&dyn FiniteStrain> {
-        None
+    /// P-wave modulus lambda + 2 mu (Pa) in the undeformed state: the scale of waves and of volume changes.
+    fn p_wave_modulus(&self) -> f64 {
+        self.stiffness().p_wave_modulus()
+    }
+    /// Shear modulus mu (Pa) in the undeformed state.
+    fn shear_modulus(&self) -> f64 {
+        self.stiffness().shear_modulus()
     }
 }
 
-/// A strain at which every law is linear.
-const SMALL: f64 = 1e-6;
+/// Stress as a function of the deformation gradient F = dx/dX = 1 + grad u and its rate.
+#[derive(Clone, Copy, Debug)]
+pub enum Law<'a> {
+    /// sigma = C : (e + T de/dt), e = sym grad u, Eq. (5).
+    Linear(Stiffness),
+    /// Any law P(F, dF/dt).
+    FiniteStrain(&'a dyn FiniteStrain),
+}
+
+impl<'a> Law<'a> {
+    /// The law for any deformation; `None` for a linear one.
+    pub fn finite_strain(self) -> Option<&'a dyn FiniteStrain> {
+        match self {
+            Self::Linear(_) => None,
+            Self::FiniteStrain(law) => Some(law),
+        }
+    }
+
+    /// Stiffness at F = 1.
+    pub fn stiffness(&self) -> Stiffness {
+        match self {
+            Self::Linear(stiffness) => *stiffness,
+            Self::FiniteStrain(law) => Stiffness::of(|strain| {
+                SymTensor::symmetric_part(&law.tangent(&Mat3::identity(), &strain.to_matrix()))
+            }),
+        }
+    }
+
+    /// Strain and Cauchy stress as results show them, of the displacement gradient grad u and its rate: e and sigma of a linear
+    /// law, else Hencky's strain ln V and P F^T / det F, viscosity included.
+    pub fn measures(&self, relaxation_time: f64, gradient: &Mat3, rate: &Mat3) -> (SymTensor, SymTensor) {
+        match self {
+            Self::Linear(stiffness) => {
+                let effective = SymTensor::symmetric_part(&(gradient + rate * relaxation_time));
+                (SymTensor::symmetric_part(gradient), stiffness.stress(effective))
+            }
+            Self::FiniteStrain(law) => {
+                let f = Mat3::identity() + gradient;
+                let piola = law.first_piola(&f) + law.viscous_piola(&f, rate);
+                let cauchy = SymTensor::symmetric_part(&(piola * f.transpose() / f.determinant()));
+                (logarithmic_strain(&f), cauchy)
+            }
+        }
+    }
+}
+
+/// ln V = 1/2 ln(F F^T).
+fn logarithmic_strain(f: &Mat3) -> SymTensor {
+    let eigen = (f * f.transpose()).symmetric_eigen();
+    let logarithms = eigen.eigenvalues.map(|s| 0.5 * s.max(f64::MIN_POSITIVE).ln());
+    let strain = eigen.eigenvectors * Mat3::from_diagonal(&logarithms) * eigen.eigenvectors.transpose();
+    SymTensor::symmetric_part(&strain)
+}
+
+/// A linear map from strain to stress, both with their six components in VTK order (Pa).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stiffness(pub [[f64; 6]; 6]);
+
+impl Stiffness {
+    /// The matrix of a linear function from strain to stress.
+    pub fn of(stress: impl Fn(SymTensor) -> SymTensor) -> Self {
+        let unit = |j: usize| SymTensor(std::array::from_fn(|k| f64::from(u8::from(k == j))));
+        let columns: [SymTensor; 6] = std::array::from_fn(|j| stress(unit(j)));
+        Self(std::array::from_fn(|i| columns.map(|c| c.0[i])))
+    }
+
+    /// lambda 1 (x) 1 + 2 mu I.
+    pub fn isotropic(mu: f64, lambda: f64) -> Self {
+        Self(std::array::from_fn(|i| {
+            std::array::from_fn(|j| {
+                let shear = if i == j { 2.0 * mu } else { 0.0 };
+                shear + if i < 3 && j < 3 { lambda } else { 0.0 }
+            })
+        }))
+    }
+
+    /// C : e.
+    #[inline(always)]
+    pub fn stress(&self, strain: SymTensor) -> SymTensor {
+        SymTensor(self.0.map(|row| row.iter().zip(strain.0).map(|(c, e)| c * e).sum()))
+    }
+
+    /// Energy density 1/2 e : C : e (J/m^3).
+    pub fn energy_density(&self, strain: SymTensor) -> f64 {
+        0.5 * self.stress(strain).double_dot(strain)
+    }
+
+    /// Young's modulus (Pa), the mean of those along the axes.
+    pub fn young_modulus(&self) -> f64 {
+        let normal = Mat3::from_fn(|i, j| self.0[i][j]);
+        3.0 / normal.try_inverse().map_or(f64::INFINITY, |compliance| compliance.trace())
+    }
+
+    /// P-wave modulus (Pa), the largest of those along the axes.
+    pub fn p_wave_modulus(&self) -> f64 {
+        (0..3).map(|i| self.0[i][i]).fold(0.0, f64::max)
+    }
+
+    /// Shear modulus (Pa), the mean of those in the planes of the axes.
+    pub fn shear_modulus(&self) -> f64 {
+        (3..6).map(|i| self.0[i][i]).sum::<f64>() / 6.0
+    }
+}
 
 /// One parameter of a material model.
 #[derive(Clone, Copy, Debug)]
@@ -76,6 +165,14 @@ pub struct Parameter {
     /// Value if the key is absent; `None`: required.
     pub default: Option<f64>,
 }
+
+/// The parameters of an isotropic solid with Kelvin-Voigt damping.
+const ISOTROPIC: [Parameter; 4] = [
+    Parameter { key: "density", unit: "kg/m^3", doc: "density rho, undeformed", default: None },
+    Parameter { key: "young_modulus", unit: "Pa", doc: "Young's modulus E, undeformed", default: None },
+    Parameter { key: "poisson_ratio", unit: "1", doc: "Poisson's ratio nu, undeformed", default: None },
+    Parameter { key: "relaxation_time", unit: "s", doc: "relaxation time T of the damping", default: None },
+];
 
 /// Builds a material from the values of its parameters.
 pub type Build = fn(&[f64]) -> Result<Arc<dyn Material>, InvalidInput>;
@@ -94,7 +191,8 @@ pub struct Model {
 }
 
 /// All material models.
-pub const REGISTRY: &[Model] = &[kelvin_voigt::MODEL, neo_hookean::MODEL];
+pub const REGISTRY: &[Model] =
+    &[kelvin_voigt::MODEL, corotated::MODEL, neo_hookean::MODEL, saint_venant_kirchhoff::MODEL];
 
 /// The model of that name.
 pub fn model(name: &str) -> Option<&'static Model> {

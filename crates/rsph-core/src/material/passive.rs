@@ -1,7 +1,6 @@
 //! A material that does nothing: for bodies that move as told.
 
-use super::Material;
-use crate::tensor::SymTensor;
+use super::{Law, Material, Stiffness};
 
 /// Mass without stiffness: it takes no stress and makes none.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,15 +22,7 @@ impl Material for Passive {
         0.0
     }
 
-    fn stress(&self, _effective_strain: SymTensor) -> SymTensor {
-        SymTensor::ZERO
-    }
-
-    fn energy_density(&self, _strain: SymTensor) -> f64 {
-        0.0
-    }
-
-    fn p_wave_modulus(&self) -> f64 {
-        0.0
+    fn law(&self) -> Law<'_> {
+        Law::Linear(Stiffness::isotropic(0.0, 0.0))
     }
 }

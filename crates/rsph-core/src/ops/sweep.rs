@@ -27,7 +27,7 @@ pub enum Place {
 }
 
 /// Most components that a pass reads.
-pub const MAX_SOURCES: usize = 9;
+pub const MAX_SOURCES: usize = 12;
 /// Most results of a particle.
 const MAX_SUMS: usize = 12;
 

@@ -5,7 +5,6 @@ use super::model::Moment;
 use crate::error::{Failure, FailureKind, InvalidInput};
 use crate::material::Material;
 use crate::setup::{Scheme, Setup, Solver};
-use crate::tensor::SymTensor;
 
 /// Share of the first time step below which remeshing may not bring it: such a run does not get anywhere.
 pub(super) const SHORTEST_STEP: f64 = 1e-3;
@@ -42,9 +41,7 @@ pub(super) fn check_solver(solver: &Solver) -> Result<(), InvalidInput> {
 
 /// (lambda + 2 mu) / mu if the material is nearly incompressible.
 pub(super) fn incompressibility(material: &dyn Material) -> Option<f64> {
-    let mut shear = SymTensor::ZERO;
-    shear.0[3] = 0.5;
-    let ratio = material.p_wave_modulus() / material.stress(shear).0[3];
+    let ratio = material.p_wave_modulus() / material.shear_modulus();
     (ratio > NEARLY_INCOMPRESSIBLE).then_some(ratio)
 }
 

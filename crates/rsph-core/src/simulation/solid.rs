@@ -19,7 +19,7 @@ use crate::boundary::tag;
 use crate::dynamics::Dynamics;
 use crate::dynamics::elastic::Elastic;
 use crate::dynamics::paper::Paper;
-use crate::error::{Failure, InvalidInput};
+use crate::error::{Failure, FailureKind, InvalidInput};
 use crate::mesh::TriangleMesh;
 use crate::mls::{Cloud, GradientFit, PointWeights};
 use crate::observe::{Reading, TaggedProbe};
@@ -28,7 +28,7 @@ use crate::sample::{Body, sample};
 use crate::setup::{Formulation, Load, Probe, RemeshTrigger, Setup, VectorField};
 use crate::shape::Shape;
 use crate::snapshot::Snapshot;
-use crate::stability::step_limit;
+use crate::stability::{StepLimit, step_limit};
 use crate::state::State;
 use crate::surface::Surface;
 use crate::tensor::{Mat3, Vec3};
@@ -184,7 +184,18 @@ impl Solid {
         }
         drop(cloud);
 
-        let limit = step_limit(&mut elastic);
+        let start = Column::from_vectors(&setup.initial.displacement.at_all(&positions));
+        elastic.linearise(0.0, start.values());
+        if !elastic.is_linear() && elastic.smallest_jacobian(0.0, start.values()).is_some_and(|j| j.1 <= 0.0)
+        {
+            return Err(InvalidInput::new(
+                "initial.displacement",
+                "",
+                "turns a part of the body inside out",
+                "take a smaller displacement",
+            ));
+        }
+        let limit = safe_limit(&mut elastic);
         let pace = choose_pace(setup, &limit, !is_paper)?;
         let description = Description {
             particles: n,
@@ -282,6 +293,7 @@ impl Solid {
             level_set::carried(shape, &laid.positions())
         };
         new.set(Field::LevelSet, Column::from_vec(level_set, laid.len()));
+        elastic.linearise(time, new.column(Field::Displacement).values());
         // The interpolation leaves a little momentum behind, or makes some.
         let lost = momentum(particles) - momentum(&new);
         let missing = lost / total_mass(&new);
@@ -292,13 +304,16 @@ impl Solid {
                 *v += missing;
             }
         }
+        if elastic.lift.is_empty() && elastic.fixed.particles.is_empty() {
+            restore_spin(spin(particles).2, &mut new);
+        }
         let relaid = Relaid {
             particles: new,
             folded_mass: anew.folded_mass,
             dropped_mass: 0.0,
             momentum_correction: lost.norm(),
             rescaling: anew.rescaling,
-            limit: Some(step_limit(&mut elastic)),
+            limit: Some(safe_limit(&mut elastic)),
         };
         Ok((relaid, laid, elastic))
     }
@@ -322,6 +337,21 @@ impl Model for Solid {
     fn strain(&mut self, particles: &Particles, time: f64, _dt: f64) -> f64 {
         let now = self.matter.gradient(particles, time);
         now.iter().zip(&self.laid_at).map(|(now, then)| (now - then).norm()).fold(0.0, f64::max)
+    }
+
+    fn disorder(&self, particles: &Particles, moment: Moment) -> Option<Failure> {
+        let Matter::Adjoint(elastic) = &self.matter else { return None };
+        let particle = elastic.inverted()?;
+        Some(Failure {
+            kind: FailureKind::Inverted,
+            time: moment.time,
+            step: moment.step,
+            what: "a particle was turned inside out (det F <= 0)".into(),
+            place: Some(particles.column(Field::Reference).vector(particle)),
+            remedy: "load or move the body more slowly or less far, take a smaller `time.dt`, or a smaller \
+                     spacing"
+                .into(),
+        })
     }
 
     fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<Relaid, Failure> {
@@ -464,6 +494,49 @@ impl Model for Solid {
     }
 }
 
+/// Where the particles are now, their centre of mass, and their angular momentum about it.
+fn spin(particles: &Particles) -> (Vec<Vec3>, Vec3, Vec3) {
+    let mass = particles.column(Field::Mass).values();
+    let (x0, u) = (particles.column(Field::Reference), particles.column(Field::Displacement));
+    let v = particles.column(Field::Velocity);
+    let x: Vec<Vec3> = (0..mass.len()).map(|a| x0.vector(a) + u.vector(a)).collect();
+    let centre = x.iter().zip(mass).map(|(x, m)| x * *m).sum::<Vec3>() / mass.iter().sum::<f64>();
+    let spin = (0..mass.len()).map(|a| (x[a] - centre).cross(&v.vector(a)) * mass[a]).sum();
+    (x, centre, spin)
+}
+
+/// Adds the rigid rotation that gives the particles this angular momentum about their centre of mass.
+fn restore_spin(wanted: Vec3, particles: &mut Particles) {
+    // Twice: the second time takes away the rounding of the first.
+    for _ in 0..2 {
+        let (x, centre, spin) = spin(particles);
+        let mass = particles.column(Field::Mass).values();
+        let of = |(x, m): (&Vec3, &f64)| {
+            let arm = x - centre;
+            (Mat3::identity() * arm.norm_squared() - arm * arm.transpose()) * *m
+        };
+        let inertia: Mat3 = x.iter().zip(mass).map(of).sum();
+        let Some(rate) = inertia.try_inverse().map(|inverse| inverse * (wanted - spin)) else { return };
+        let n = x.len();
+        let velocity = particles.column_mut(Field::Velocity).values_mut();
+        for (a, x) in x.iter().enumerate() {
+            let turn = rate.cross(&(x - centre));
+            (0..3).for_each(|i| velocity[i * n + a] += turn[i]);
+        }
+    }
+}
+
+/// Share of the limit of the time step that is allowed where stiffness changes with the strain: a body that is squeezed gets
+/// stiffer, up to the next remesh.
+const STEP_SAFETY: f64 = 0.6;
+
+/// The limit of the time step, about the state of the tangent.
+fn safe_limit(elastic: &mut Elastic) -> StepLimit {
+    let limit = step_limit(elastic);
+    let share = if elastic.is_linear() { 1.0 } else { STEP_SAFETY };
+    StepLimit { dt: share * limit.dt, wave: share * limit.wave, ..limit }
+}
+
 /// A remeshing that failed, as the end of a simulation.
 fn failure(error: &LayError, moment: Moment) -> Failure {
     let (kind, place) = error.class();
@@ -509,6 +582,14 @@ pub(super) fn plane_body(setup: &Setup) -> Result<(), InvalidInput> {
 /// What only a prescribed motion has.
 fn check_solid(setup: &Setup) -> Result<(), InvalidInput> {
     plane_body(setup)?;
+    if setup.solver.formulation == Formulation::Paper && setup.material.law().finite_strain().is_some() {
+        return Err(InvalidInput::new(
+            "solver.formulation",
+            "paper",
+            "the scheme of the paper has linear laws only",
+            "take \"adjoint\", or material.model = \"kelvin-voigt\"",
+        ));
+    }
     if let Some(i) = setup.probes.iter().position(|p| p.quantity.field == Field::Colour) {
         return Err(InvalidInput::new(
             format!("probe[{i}].quantity"),

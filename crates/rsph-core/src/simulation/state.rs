@@ -30,7 +30,7 @@ impl Simulation {
             state.share(&name_of(spec.name), self.particles.column(spec.field).share());
         }
         if let Some(e) = &self.equilibrium {
-            state.put_counts("equilibrium/counts", &[e.iterations as u64, e.applications]);
+            state.put_counts("equilibrium/counts", &[e.iterations as u64, e.steps as u64, e.applications]);
             state.put("equilibrium/sums", [e.residual, e.compliance]);
             state.put_vectors("equilibrium/forces", &[e.load, e.reaction]);
         }
@@ -88,12 +88,12 @@ fn equilibrium(state: &State) -> Result<Option<Equilibrium>, InvalidInput> {
     if !state.has("equilibrium/counts") {
         return Ok(None);
     }
-    let [iterations, applications] = state.counts("equilibrium/counts")?;
+    let [iterations, steps, applications] = state.counts("equilibrium/counts")?;
     let [residual, compliance] = state.numbers("equilibrium/sums")?;
     let forces: Vec<Vec3> = state.vectors("equilibrium/forces", 2)?;
     let (load, reaction) = (forces[0], forces[1]);
-    let iterations = iterations as usize;
-    Ok(Some(Equilibrium { iterations, applications, residual, compliance, load, reaction }))
+    let (iterations, steps) = (iterations as usize, steps as usize);
+    Ok(Some(Equilibrium { iterations, steps, applications, residual, compliance, load, reaction }))
 }
 
 /// The stored particles, which have the columns of `like`.

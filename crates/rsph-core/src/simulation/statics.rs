@@ -1,26 +1,22 @@
 //! Straight to equilibrium.
 
 use super::Simulation;
-use crate::dynamics::elastic::Elastic;
 use crate::error::{Failure, FailureKind};
 use crate::particles::{Column, Field};
-use crate::solve::cg::Goal;
+use crate::solve::newton::Newton;
 use crate::solve::rigid::{LoosePiece, loose_pieces};
-use crate::solve::stiff::StiffSolver;
 use crate::tensor::Vec3;
 
 /// Residual at which a body counts as at rest, as a share of the load.
 const TOLERANCE: f64 = 1e-6;
-/// Corrections of a solution, each with a fresh residual: one for a linear material.
-const MAX_CORRECTIONS: usize = 4;
-/// Iterations of one correction.
-const MAX_ITERATIONS: usize = 1000;
 
 /// How an equilibrium was found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Equilibrium {
     /// Iterations of the linear solver.
     pub iterations: usize,
+    /// Steps of Newton's method: one or two if the law is linear.
+    pub steps: usize,
     /// Applications of the stiffness, those of the preconditioner included.
     pub applications: u64,
     /// |forces out of balance| / |forces before the solve|, from a fresh evaluation.
@@ -71,70 +67,39 @@ impl Simulation {
         }
         let n = self.particles.len();
         let start = [Field::Displacement, Field::Velocity].map(|f| self.particles.column(f).clone());
+        let mut u = start[0].values().to_vec();
+        let mut newton = Newton::new(elastic, t);
+        let ended = newton.solve(TOLERANCE, &mut u, watch);
+        let residual = newton.residual_at(1.0, &u) / newton.reference;
+        let found = Equilibrium {
+            iterations: newton.iterations,
+            steps: newton.steps,
+            applications: newton.solver.applications(),
+            residual: if newton.reference > 0.0 { residual } else { 0.0 },
+            compliance: newton.elastic.load_at(t).iter().zip(&u).map(|(f, u)| f * u).sum(),
+            ..Equilibrium::default()
+        };
+        let sums = newton.elastic.sums_at_rest(&newton.elastic.load_at(t), &newton.force);
+        let found = Equilibrium { load: sums.load, reaction: sums.reaction, ..found };
+        let mut trouble = ended.err().map(|_| {
+            fail(
+                format!(
+                    "no equilibrium after {} iterations: {:.1e} of the load is out of balance; {}",
+                    found.iterations,
+                    found.residual,
+                    if newton.elastic.is_linear() {
+                        "some part hangs by a piece too thin for the spacing"
+                    } else {
+                        "the body gives way under the loads, or some part hangs by a piece too thin for the spacing"
+                    }
+                ),
+                newton.moves_most().map(|a| self.particles.column(Field::Reference).vector(a)),
+                "choose a smaller spacing, smaller loads, or hold that part, which moves most",
+            )
+        });
+        let is_linear = newton.elastic.is_linear();
+        self.particles.set(Field::Displacement, Column::from_vec(u, n));
         self.particles.set(Field::Velocity, Column::zeros(3, n));
-        let mut solver = StiffSolver::new(elastic);
-        let mut rates = vec![Column::zeros(3, n), Column::zeros(3, n)];
-        let mut found = Equilibrium::default();
-        let mut reference = 0.0;
-        let mut trouble = None;
-        let from_zero = start[0].values().iter().all(|u| *u == 0.0);
-        if !from_zero {
-            // Residuals are relative to that of the undeformed body: a body at rest has none of its own.
-            self.particles.set(Field::Displacement, Column::zeros(3, n));
-            dynamics.impose(t, &mut self.particles);
-            dynamics.rates(t, &self.particles, &mut rates);
-            if let Some(elastic) = dynamics.elastic() {
-                reference = solver.norm(&free_force(elastic, &rates[1]));
-            }
-            self.particles.set(Field::Displacement, start[0].clone());
-        }
-        for correction in 0..=MAX_CORRECTIONS {
-            dynamics.impose(t, &mut self.particles);
-            self.particles.set(Field::Velocity, Column::zeros(3, n)); // at rest, even if a hold moves
-            let sums = dynamics.rates(t, &self.particles, &mut rates);
-            let Some(elastic) = dynamics.elastic() else { break };
-            let force = free_force(elastic, &rates[1]);
-            let residual = solver.norm(&force);
-            reference = reference.max(residual);
-            found.residual = if reference > 0.0 { residual / reference } else { 0.0 };
-            (found.load, found.reaction) = (sums.load, sums.reaction);
-            if found.residual <= 2.0 * TOLERANCE {
-                let load = elastic.load_at(t);
-                let u = self.particles.column(Field::Displacement).values();
-                found.compliance = load.iter().zip(u).map(|(f, u)| f * u).sum();
-                self.balance.settle(dynamics.energy(t, &self.particles), sums);
-                break;
-            }
-            let mut correction_of_u = vec![0.0; 3 * n];
-            let outcome = solver.solve(
-                elastic,
-                (0.0, 1.0),
-                &force,
-                &mut correction_of_u,
-                Goal { residual: TOLERANCE * reference, iterations: MAX_ITERATIONS },
-                &mut |k, r| r.is_finite() && watch(found.iterations + k, r / reference),
-            );
-            found.iterations += outcome.iterations;
-            if !outcome.converged || correction == MAX_CORRECTIONS {
-                let farthest = (0..n).max_by(|&a, &b| {
-                    let size = |a: usize| Vec3::from_fn(|i, _| correction_of_u[i * n + a]).norm();
-                    size(a).total_cmp(&size(b))
-                });
-                trouble = Some(fail(
-                    format!(
-                        "no equilibrium after {} iterations: {:.1e} of the load is out of balance; some part \
-                         hangs by a piece too thin for the spacing",
-                        found.iterations,
-                        outcome.residual / reference
-                    ),
-                    farthest.map(|a| elastic.lattice.position(a)),
-                    "choose a smaller spacing or hold that part, which moves most",
-                ));
-                break;
-            }
-            let u = self.particles.column_mut(Field::Displacement).values_mut();
-            u.iter_mut().zip(&correction_of_u).for_each(|(u, c)| *u += c);
-        }
         if trouble.is_none()
             && let Some((a, jacobian)) =
                 self.model.dynamics_mut().smallest_jacobian(t, &self.particles).filter(|j| j.1 <= 0.0)
@@ -144,11 +109,15 @@ impl Simulation {
                 ..fail(
                     format!("at rest a particle would be turned inside out (det F = {jacobian:.3} <= 0)"),
                     Some(self.particles.column(Field::Reference).vector(a)),
-                    "the loads are too much for this stiffness at small strain: lower them, or take a stiffer material",
+                    if is_linear {
+                        "the loads are too much for this stiffness at small strain: lower them, take a stiffer material, or a \
+                         law for any strain such as \"neo-hookean\""
+                    } else {
+                        "lower the loads, or take a stiffer material"
+                    },
                 )
             });
         }
-        found.applications = solver.applications();
         self.evaluations += found.applications + 1;
         if let Some(failure) = trouble {
             let [u, v] = start;
@@ -156,6 +125,8 @@ impl Simulation {
             self.particles.set(Field::Velocity, v);
             return Err(failure);
         }
+        let energy = self.model.dynamics_mut().energy(t, &self.particles);
+        self.balance.settle(energy, sums);
         self.time = t;
         self.steps += 1;
         self.model.settle(t);
@@ -168,15 +139,6 @@ impl Simulation {
     pub fn equilibrium(&self) -> Option<Equilibrium> {
         self.equilibrium
     }
-}
-
-/// Mass times acceleration, zero in components that are held.
-fn free_force(elastic: &Elastic, acceleration: &Column) -> Vec<f64> {
-    let n = elastic.len();
-    let mut force: Vec<f64> =
-        acceleration.values().iter().enumerate().map(|(i, a)| elastic.mass[i % n] * a).collect();
-    elastic.fixed.zero(&mut force, n);
-    force
 }
 
 /// What is loose, in words.

@@ -2,7 +2,7 @@
 
 use crate::dynamics::elastic::Elastic;
 use crate::moments::Moments;
-use crate::tensor::{Mat3, SymTensor, Vec3};
+use crate::tensor::{Mat3, Vec3};
 use rayon::prelude::*;
 
 /// How the gradient of a particle c answers to a displacement du of particle a:
@@ -65,22 +65,21 @@ pub fn diagonal_blocks(elastic: &Elastic) -> Vec<Mat3> {
         .collect()
 }
 
-/// V sigma(e_j) : e_i for the strains e of unit displacements, less the part of the hourglass term that the gradient
-/// takes.
+/// V dP(G_j) : G_i for the gradients G of unit displacements, less the part of the hourglass term that the gradient takes.
 fn of_response(elastic: &Elastic, m: &Moments, response: &Response) -> Mat3 {
-    let strains: [SymTensor; 3] = std::array::from_fn(|j| {
+    let gradients: [Mat3; 3] = std::array::from_fn(|j| {
         let direction = Vec3::ith(j, 1.0);
         let mut gradient = direction * response.gradient.transpose();
         for (vector, projector) in &response.lifted {
             gradient -= projector.column(j) * vector.transpose();
         }
-        SymTensor::symmetric_part(&gradient)
+        gradient
     });
     let mut block = Mat3::zeros();
     for j in 0..3 {
-        let sigma = elastic.material.stress(strains[j]);
+        let change = elastic.stress_change(response.particle, &gradients[j]);
         for i in 0..3 {
-            block[(i, j)] = m.volume * sigma.double_dot(strains[i]);
+            block[(i, j)] = m.volume * change.dot(&gradients[i]);
         }
     }
     let slope = elastic.hourglass * m.volume * response.first.dot(&(m.correction * response.first));

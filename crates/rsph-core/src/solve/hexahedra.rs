@@ -1,6 +1,6 @@
 //! Trilinear hexahedra: the stiffness of a full cubic block of the body's material.
 
-use crate::material::Material;
+use crate::material::Stiffness;
 use crate::tensor::{Mat3, SymTensor, Vec3};
 
 /// Corner `k` of a unit cube, x fastest.
@@ -11,7 +11,7 @@ pub fn corner(k: usize) -> [usize; 3] {
 /// Stiffness between the corners of a cube with edge 1; that of a cube with edge H is H times this.
 /// Block (m, n) is the force on corner m against a displacement of corner n. Of the pressure, -tr(sigma)/3,
 /// the share `pressure` counts, 0 to 1.
-pub fn stiffness(material: &dyn Material, pressure: f64) -> [[Mat3; 8]; 8] {
+pub fn stiffness(material: &Stiffness, pressure: f64) -> [[Mat3; 8]; 8] {
     // Two Gauss points along each axis are exact for trilinear functions.
     let gauss = |k: usize| if k == 0 { 0.5 - 0.75_f64.sqrt() / 3.0 } else { 0.5 + 0.75_f64.sqrt() / 3.0 };
     let mut blocks = [[Mat3::zeros(); 8]; 8];
@@ -49,17 +49,17 @@ fn gradient(n: usize, x: [f64; 3]) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::KelvinVoigt;
+    use crate::material::{KelvinVoigt, Material};
 
     #[test]
     fn a_uniform_strain_meets_its_energy_and_a_rotation_no_force() {
         let material = KelvinVoigt::new(1.0, 10.0, 0.3, 0.0).unwrap();
-        let k = stiffness(&material, 1.0);
+        let k = stiffness(&material.stiffness(), 1.0);
         let position = |n: usize| Vec3::from_fn(|i, _| corner(n)[i] as f64);
         let force = |g: &Mat3, m: usize| (0..8).map(|n| k[m][n] * (g * position(n))).sum::<Vec3>();
         let g = Mat3::new(0.1, -0.3, 0.2, 0.05, 0.2, -0.1, 0.4, 0.15, -0.25);
         let energy: f64 = (0..8).map(|m| 0.5 * force(&g, m).dot(&(g * position(m)))).sum();
-        let exact = material.energy_density(SymTensor::symmetric_part(&g));
+        let exact = material.stiffness().energy_density(SymTensor::symmetric_part(&g));
         assert!((energy / exact - 1.0).abs() < 1e-12);
         let spin = g - g.transpose();
         assert!((0..8).all(|m| force(&spin, m).norm() < 1e-12));
@@ -70,7 +70,7 @@ mod tests {
         let material = KelvinVoigt::new(1.0, 10.0, 0.49, 0.0).unwrap();
         let position = |n: usize| Vec3::from_fn(|i, _| corner(n)[i] as f64);
         let energy = |pressure: f64, g: &Mat3| -> f64 {
-            let k = stiffness(&material, pressure);
+            let k = stiffness(&material.stiffness(), pressure);
             let force = |m: usize| (0..8).map(|n| k[m][n] * (g * position(n))).sum::<Vec3>();
             (0..8).map(|m| force(m).dot(&(g * position(m)))).sum()
         };

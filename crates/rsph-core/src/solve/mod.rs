@@ -10,6 +10,7 @@ pub mod hexahedra;
 pub mod jacobi;
 pub mod level;
 pub mod multigrid;
+pub mod newton;
 pub mod nodes;
 pub mod operator;
 pub mod recall;

@@ -12,10 +12,11 @@ use super::operator::{Operator, Preconditioner};
 use super::spectrum::largest_eigenvalue;
 use super::sums::Sums;
 use super::transfer::{BLOCK, Transfer};
+use crate::dynamics::Scales;
 use crate::dynamics::elastic::Elastic;
 use crate::lattice::NO_PARTICLE;
 use crate::material::Material;
-use crate::tensor::{Mat3, SymTensor, Vec3};
+use crate::tensor::{Mat3, Vec3};
 use std::sync::Arc;
 
 /// Unknowns that the direct solve takes.
@@ -110,7 +111,7 @@ impl Multigrid {
     fn estimate_largest(&mut self, elastic: &mut Elastic) {
         let jacobi = &mut self.jacobi;
         let mut divide = |r: &[f64], z: &mut [f64]| jacobi.step(0.0, 1.0, r, None, z);
-        let mut apply = |x: &[f64], y: &mut [f64]| elastic.apply(0.0, 1.0, x, y);
+        let mut apply = |x: &[f64], y: &mut [f64]| elastic.apply(Scales::STATIC, x, y);
         let largest = largest_eigenvalue(self.product.len(), LANCZOS_STEPS, &mut apply, &mut divide);
         self.largest = LANCZOS_MARGIN * largest.max(f64::MIN_POSITIVE);
     }
@@ -184,8 +185,7 @@ impl Multigrid {
 
 /// Ratio of the moduli of pressure and shear waves, (lambda + 2 mu) / mu.
 fn ratio_of_moduli(material: &dyn Material) -> f64 {
-    let shear = material.stress(SymTensor([0.0, 0.0, 0.0, 0.5, 0.0, 0.0])).0[3];
-    material.p_wave_modulus() / shear
+    material.p_wave_modulus() / material.shear_modulus()
 }
 
 /// Steps of the smoother on the particles.
@@ -199,7 +199,7 @@ fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
     let n = elastic.len();
     let edge = BLOCK as f64 * elastic.lattice.spacing;
     let locks = ratio_of_moduli(&*elastic.material) > NEARLY_INCOMPRESSIBLE;
-    let stiffness = hexahedra::stiffness(&*elastic.material, if locks { COARSE_PRESSURE } else { 1.0 });
+    let stiffness = hexahedra::stiffness(&elastic.stiffness, if locks { COARSE_PRESSURE } else { 1.0 });
     let strength: Vec<f64> = transfer
         .particles_of
         .iter()

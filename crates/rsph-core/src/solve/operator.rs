@@ -1,5 +1,6 @@
 //! Matrix-free operators.
 
+use crate::dynamics::Scales;
 use crate::dynamics::elastic::Elastic;
 
 /// A symmetric linear map of fields on the particles (3 n values, component by component).
@@ -22,16 +23,13 @@ pub trait Preconditioner: Send {
     fn apply(&mut self, operator: &mut dyn Operator, r: &[f64], z: &mut [f64]);
 }
 
-/// m M + c K of a body: M the masses, K the tangent of its internal forces (constant for a linear
-/// material). m = 0, c = 1 is the static stiffness; m = 1, c = gamma dt (gamma dt + T) an implicit stage.
+/// m M + k K + c C of a body about the state of its last linearisation.
 #[derive(Debug)]
 pub struct Shifted<'a> {
     /// The body.
     pub elastic: &'a mut Elastic,
-    /// m.
-    pub mass: f64,
-    /// c.
-    pub stiffness: f64,
+    /// m, k and c.
+    pub scales: Scales,
 }
 
 impl Operator for Shifted<'_> {
@@ -40,6 +38,6 @@ impl Operator for Shifted<'_> {
     }
 
     fn apply(&mut self, x: &[f64], y: &mut [f64]) {
-        self.elastic.apply(self.mass, self.stiffness, x, y);
+        self.elastic.apply(self.scales, x, y);
     }
 }

@@ -1,4 +1,4 @@
-//! (m M + c K) x = b of a body: conjugate gradients with the multigrid hierarchy of its lattice, which is
+//! (m M + k K + c C) x = b of a body: conjugate gradients with the multigrid hierarchy of its lattice, which is
 //! made once and serves as long as the lattice stands.
 
 use super::cg::{ConjugateGradients, Goal, Outcome};
@@ -6,6 +6,7 @@ use super::multigrid::Multigrid;
 use super::operator::{Operator, Shifted};
 use super::recall::{Recall, WINDOW};
 use super::sums::combine;
+use crate::dynamics::Scales;
 use crate::dynamics::elastic::Elastic;
 use crate::error::InvalidInput;
 use crate::state::{State, Stateful, damaged};
@@ -14,10 +15,10 @@ use crate::state::{State, Stateful, damaged};
 /// the hierarchy and what is remembered are worth keeping.
 const ROUNDING: f64 = 1e-12;
 
-/// Whether two pairs of scales differ by rounding only.
-fn alike(a: (f64, f64), b: (f64, f64)) -> bool {
+/// Whether two scales differ by rounding only.
+fn alike(a: Scales, b: Scales) -> bool {
     let close = |a: f64, b: f64| (a - b).abs() <= ROUNDING * a.abs();
-    close(a.0, b.0) && close(a.1, b.1)
+    close(a.mass, b.mass) && close(a.stiffness, b.stiffness) && close(a.damping, b.damping)
 }
 
 /// A solver for one body on one lattice.
@@ -27,7 +28,9 @@ pub struct StiffSolver {
     gradients: ConjugateGradients,
     recall: Recall,
     step: Vec<f64>,
-    scales: (f64, f64),
+    scales: Scales,
+    /// T.
+    relaxation_time: f64,
     applications: u64,
 }
 
@@ -54,7 +57,8 @@ impl StiffSolver {
             gradients: ConjugateGradients::new(len),
             recall: Recall::default(),
             step: vec![0.0; len],
-            scales: (0.0, 1.0),
+            scales: Scales::STATIC,
+            relaxation_time: elastic.material.relaxation_time(),
             applications: 0,
         }
     }
@@ -67,23 +71,22 @@ impl StiffSolver {
         self
     }
 
-    /// Improves x until |b - (m M + c K) x| meets `goal`; `scales` is (m, c). `watch` as in
+    /// Improves x until |b - (m M + k K + c C) x| meets `goal`. `watch` as in
     /// [`ConjugateGradients::solve`].
     pub fn solve(
         &mut self,
         elastic: &mut Elastic,
-        scales: (f64, f64),
+        scales: Scales,
         b: &[f64],
         x: &mut [f64],
         goal: Goal,
         watch: &mut dyn FnMut(usize, f64) -> bool,
     ) -> Outcome {
         if !alike(self.scales, scales) {
-            self.multigrid.set_scales(scales.0, scales.1);
-            self.scales = scales;
+            self.set_scales(scales);
             self.recall.forget();
         }
-        let mut shifted = Shifted { elastic, mass: self.scales.0, stiffness: self.scales.1 };
+        let mut shifted = Shifted { elastic, scales: self.scales };
         let mut operator = Counted(&mut shifted, &mut self.applications);
         let Self { multigrid, gradients, recall, step, .. } = self;
         let outcome = if recall.is_empty() {
@@ -97,6 +100,11 @@ impl StiffSolver {
         };
         recall.keep(x, b, gradients);
         outcome
+    }
+
+    fn set_scales(&mut self, scales: Scales) {
+        self.multigrid.set_scales(scales.mass, scales.of_stiffness(self.relaxation_time));
+        self.scales = scales;
     }
 
     /// |x|, summed in a fixed order.
@@ -120,20 +128,20 @@ const KNOWN: &str = "solver/known";
 
 impl Stateful for StiffSolver {
     fn save(&self, state: &mut State) {
-        state.put("solver/scales", [self.scales.0, self.scales.1]);
+        state.put("solver/scales", [self.scales.mass, self.scales.stiffness, self.scales.damping]);
         state.put(KNOWN, self.recall.known().iter().flatten().flatten().copied().collect::<Vec<_>>());
     }
 
     fn restore(&mut self, state: &State) -> Result<(), InvalidInput> {
-        let [mass, stiffness] = state.numbers("solver/scales")?;
+        let [mass, stiffness, damping] = state.numbers("solver/scales")?;
+        let scales = Scales { mass, stiffness, damping };
         let (values, len) = (state.real(KNOWN)?, self.step.len());
         let pair = 2 * len.max(1);
         if !values.len().is_multiple_of(pair) || values.len() > WINDOW * pair {
             return Err(damaged(KNOWN, &format!("must hold pairs of {len} values, {WINDOW} at most")));
         }
-        if self.scales != (mass, stiffness) {
-            self.multigrid.set_scales(mass, stiffness);
-            self.scales = (mass, stiffness);
+        if self.scales != scales {
+            self.set_scales(scales);
         }
         let split = |pair: &[f64]| [pair[..len].to_vec(), pair[len..].to_vec()];
         self.recall.restore(values.chunks(pair).map(split).collect());

@@ -5,7 +5,7 @@ use rsph_core::boundary::constraints::Constraints;
 use rsph_core::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature};
 use rsph_core::dynamics::elastic::Elastic;
 use rsph_core::lattice::Lattice;
-use rsph_core::material::KelvinVoigt;
+use rsph_core::material::{KelvinVoigt, Material};
 use rsph_core::mls::Cloud;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::{Resolution, sample};
@@ -52,11 +52,24 @@ pub fn body(
     nu: f64,
     boundaries: &[Boundary],
 ) -> TestBody {
+    body_of(None, shape, resolution, smoothing, hourglass, nu, boundaries)
+}
+
+/// [`body`] of another material with Young's modulus E = 100.
+pub fn body_of(
+    material: Option<Arc<dyn Material>>,
+    shape: Arc<dyn Shape>,
+    resolution: Resolution,
+    smoothing: f64,
+    hourglass: f64,
+    nu: f64,
+    boundaries: &[Boundary],
+) -> TestBody {
     let sampled = sample(&*shape, resolution, &[]).unwrap();
     let spacing = sampled.grid.spacing;
     let positions: Vec<Vec3> = sampled.cells.iter().map(|c| sampled.grid.centre(*c)).collect();
     let lattice = Lattice::new(&sampled.grid, &sampled.cells, smoothing);
-    let material = Arc::new(KelvinVoigt::new(1.0, 100.0, nu, T).unwrap());
+    let material = material.unwrap_or_else(|| Arc::new(KelvinVoigt::new(1.0, 100.0, nu, T).unwrap()));
     let modulus = Solver { smoothing, hourglass, ..Solver::ACCURATE }.hourglass_modulus(100.0);
     let constraints = Constraints::new(boundaries, shape.surface(), &positions, spacing).unwrap();
     let cloud = Cloud::new(&positions, &sampled.volume, spacing).for_surface(smoothing);

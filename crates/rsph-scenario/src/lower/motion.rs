@@ -151,7 +151,7 @@ pub fn remesh(
     doc: &Document,
     tables: &Scenario,
     mechanics: &Mechanics,
-    large_strain: bool,
+    plane: bool,
 ) -> Result<Remesh, ScenarioError> {
     let solid = matches!(mechanics, Mechanics::Solid);
     let trigger = match (tables.remesh.every, tables.remesh.interval) {
@@ -177,10 +177,10 @@ pub fn remesh(
         Some(RemeshKernelName::Lambda42) | None => RemeshKernel::Lambda42,
     };
     let restore_level_set = tables.remesh.restore_level_set.unwrap_or(false);
-    let nothing_to_restore = match (solid, large_strain) {
+    let nothing_to_restore = match (solid, plane) {
         (true, false) => None,
         (true, true) => {
-            Some("is there for small strain: at large strain the level set is that of the undeformed body")
+            Some("is there for bodies in space: the level set of a plane one is that of the undeformed body")
         }
         (false, _) => {
             Some("belongs to a solid: the surface of a prescribed motion is that of the colour, Eq. (8)")

@@ -38,13 +38,13 @@ const LEFT_TO_SAMPLING: f64 = 5e7;
 /// laying particles anew takes more than steps do, and sampling a plane body, a slab of thickness one, most.
 fn bytes_a_particle(setup: &Setup) -> f64 {
     let plane = setup.shape.dimension() == 2;
-    let small_strain = setup.material.finite_strain().is_none();
+
     let stays =
         setup.remesh.trigger == RemeshTrigger::Never && setup.solver.formulation == Formulation::Adjoint;
     match &setup.mechanics {
         Mechanics::Prescribed(_) | Mechanics::Interaction(_) => 4e3,
         Mechanics::Solid if plane => 110e3,
-        Mechanics::Solid if small_strain && stays => 4e3,
+        Mechanics::Solid if stays => 4e3,
         Mechanics::Solid if setup.shape.is_box() => 9e3,
         Mechanics::Solid => 17e3,
     }

@@ -1,7 +1,7 @@
 //! Curved, cut and oblique surfaces, loaded and held, for Poisson's ratios up to 0.499: static solves against exact
 //! solutions and finite elements (`validation/surfaces/`).
 
-mod case;
+pub(super) mod case;
 mod hourglass;
 mod livers;
 mod local_load;
@@ -31,13 +31,13 @@ const CANTILEVER_WEIGHT: f64 = 663.792;
 /// Work of the pressure on a disc, over p^2 / E (`validation/references/disc_on_cylinder.py`).
 const DISC: f64 = 0.0624235;
 /// Turns of bodies against their lattice: axis (none: by a shift alone) and name.
-const TURNS: [(Option<[f64; 3]>, &str); 3] = [
+pub(super) const TURNS: [(Option<[f64; 3]>, &str); 3] = [
     (None, "cut anywhere"),
     (Some([0.0, 1.0, 0.0]), "about y"),
     (Some([1.0, 2.0, 0.5]), "about (1, 2, 0.5)"),
 ];
 /// Positions of the lattice, in spacings.
-const POSITIONS: [[f64; 3]; 4] =
+pub(super) const POSITIONS: [[f64; 3]; 4] =
     [[0.13, 0.71, 0.37], [0.61, 0.24, 0.82], [0.4, 0.9, 0.05], [0.77, 0.5, 0.56]];
 
 pub(super) fn run(quick: bool, folder: &Path) -> Result<Vec<Row>, String> {
@@ -61,7 +61,7 @@ pub(super) fn run(quick: bool, folder: &Path) -> Result<Vec<Row>, String> {
 
 /// A box from the origin, turned by 30 degrees about an axis and shifted by some spacings against its lattice: its shape and
 /// where its axes point.
-fn placed(
+pub(super) fn placed(
     size: Vec3,
     axis: Option<[f64; 3]>,
     shift: Vec3,

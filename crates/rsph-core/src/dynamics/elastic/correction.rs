@@ -14,7 +14,7 @@
 use super::linear::{Constants, SYM, scatter};
 use crate::lattice::Lattice;
 use crate::moments::{Moments, area_vectors};
-use crate::ops::{self, EvenField, PAIR_COMPONENTS, Part, Pointwise, Results, SIDE_COMPONENTS};
+use crate::ops::{self, EvenField, PAIR_COMPONENTS, Part, Pointwise, Results};
 use crate::tensor::{Mat3, Vec3};
 use crate::tiles::{LANES, Tile};
 use nalgebra::{Matrix4, Vector4};
@@ -36,8 +36,18 @@ const PARTICLES_A_SUM: usize = 4096;
 
 /// Numbers of a corrected row: z, z gamma, z sum V_b w gamma_b / V, the nine of z Gamma.
 pub(super) const ROW: usize = 16;
+/// Components of a symmetric tensor: strain and stress of a linear law.
+pub(super) const SYMMETRIC: usize = 6;
+/// Components of any tensor: displacement gradient and first Piola-Kirchhoff stress.
+pub(super) const GENERAL: usize = 9;
 /// Row and column of the components of a symmetric tensor.
-pub(super) const PLACES: [(usize, usize); SIDE_COMPONENTS] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
+pub(super) const PLACES: [(usize, usize); SYMMETRIC] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
+
+/// Place of component (i, j) among the `C` of a tensor.
+#[inline(always)]
+const fn component<const C: usize>(i: usize, j: usize) -> usize {
+    if C == SYMMETRIC { SYM[i][j] } else { 3 * i + j }
+}
 
 /// gamma with the constants of the rows that it corrects.
 #[derive(Clone, Debug, Default)]
@@ -175,58 +185,61 @@ impl Correction {
     }
 }
 
-/// What the sums of the first sweep are taken of: the symmetric part of q (x) gamma, q = V z.
-pub(super) struct StrainField<'a> {
+/// What the sums of the first sweep are taken of: q (x) gamma, q = V z, or its symmetric part, as `C` says.
+pub(super) struct GradientField<'a, const C: usize> {
     pub(super) correction: &'a Correction,
     pub(super) q: &'a [Tile],
 }
 
-impl EvenField<SIDE_COMPONENTS> for StrainField<'_> {
+impl<const C: usize> EvenField<C> for GradientField<'_, C> {
     #[inline(always)]
-    fn lanes<const N: usize>(&self, tile: usize, first: usize) -> Option<[[f64; N]; SIDE_COMPONENTS]> {
+    fn lanes<const N: usize>(&self, tile: usize, first: usize) -> Option<[[f64; N]; C]> {
         let number = self.correction.reach.number(tile)?;
         let gamma = &self.correction.gamma[3 * number..][..3];
         let q = &self.q[3 * tile..][..3];
-        let mut values = [[0.0; N]; SIDE_COMPONENTS];
-        for (values, (i, j)) in values.iter_mut().zip(PLACES) {
+        let mut values = [[0.0; N]; C];
+        for (c, values) in values.iter_mut().enumerate() {
+            let (i, j) = if C == SYMMETRIC { PLACES[c] } else { (c / 3, c % 3) };
             let [qi, qj, gi, gj] = [&q[i], &q[j], &gamma[i], &gamma[j]].map(|tile| &tile.0[first..first + N]);
             for l in 0..N {
-                values[l] = 0.5 * (qi[l] * gj[l] + qj[l] * gi[l]);
+                values[l] =
+                    if C == SYMMETRIC { 0.5 * (qi[l] * gj[l] + qj[l] * gi[l]) } else { qi[l] * gj[l] };
             }
         }
         Some(values)
     }
 }
 
-/// What the sums of the second sweep are taken of: z Q and z Q gamma, of Q = V sigma on the rows. To the adjoint of the
-/// gradient is added what they make.
-pub(super) struct ForceField<'a> {
+/// What the sums of the second sweep are taken of: z Q and z Q gamma, of Q = V P on the rows, which has `C` components. To the
+/// adjoint of the gradient is added what they make.
+pub(super) struct ForceField<'a, const C: usize> {
     pub(super) correction: &'a Correction,
     /// Q.
     pub(super) stress: &'a [Tile],
 }
 
-/// Components of [`ForceField`].
-pub(super) const FORCE_SUMS: usize = SIDE_COMPONENTS + 3;
-
-impl EvenField<FORCE_SUMS> for ForceField<'_> {
+impl<const C: usize> ForceField<'_, C> {
     #[inline(always)]
-    fn lanes<const N: usize>(&self, tile: usize, first: usize) -> Option<[[f64; N]; FORCE_SUMS]> {
+    fn values<const SUMS: usize, const N: usize>(
+        &self,
+        tile: usize,
+        first: usize,
+    ) -> Option<[[f64; N]; SUMS]> {
         let number = self.correction.rows.number(tile)?;
         let row = &self.correction.constants[ROW * number..][..ROW];
-        let stress = &self.stress[SIDE_COMPONENTS * number..][..SIDE_COMPONENTS];
-        let mut values = [[0.0; N]; FORCE_SUMS];
+        let stress = &self.stress[C * number..][..C];
+        let mut values = [[0.0; N]; SUMS];
         for (values, stress) in values.iter_mut().zip(stress) {
             for l in 0..N {
                 values[l] = row[0].0[first + l] * stress.0[first + l];
             }
         }
         for i in 0..3 {
-            let [x, y, z] = SYM[i];
+            let [x, y, z] = std::array::from_fn(|j| component::<C>(i, j));
             for l in 0..N {
                 // z is in these constants.
                 let at = first + l;
-                values[SIDE_COMPONENTS + i][l] = stress[x].0[at] * row[1].0[at]
+                values[C + i][l] = stress[x].0[at] * row[1].0[at]
                     + stress[y].0[at] * row[2].0[at]
                     + stress[z].0[at] * row[3].0[at];
             }
@@ -236,16 +249,41 @@ impl EvenField<FORCE_SUMS> for ForceField<'_> {
 
     /// Adds S[z Q gamma] - S[z Q] gamma.
     #[inline(always)]
-    fn keep<S: Simd>(&self, simd: S, tile: usize, lane: usize, sums: &[S::f64s], adjoint: &mut [Tile]) {
+    fn add<S: Simd>(&self, simd: S, tile: usize, lane: usize, sums: &[S::f64s], adjoint: &mut [Tile]) {
         let Some(number) = self.correction.reach.number(tile) else { return };
         let gamma = &self.correction.gamma[3 * number..][..3];
         for (i, adjoint) in adjoint.iter_mut().enumerate() {
-            let mut sum = simd.add_f64s(ops::load(simd, &adjoint.0, lane), sums[SIDE_COMPONENTS + i]);
+            let mut sum = simd.add_f64s(ops::load(simd, &adjoint.0, lane), sums[C + i]);
             for j in 0..3 {
-                sum = simd.negate_mul_add_e_f64s(sums[SYM[i][j]], ops::load(simd, &gamma[j].0, lane), sum);
+                let stress = sums[component::<C>(i, j)];
+                sum = simd.negate_mul_add_e_f64s(stress, ops::load(simd, &gamma[j].0, lane), sum);
             }
             S::as_mut_simd_f64s(&mut adjoint.0[lane..lane + S::F64_LANES]).0[0] = sum;
         }
+    }
+}
+
+impl EvenField<{ SYMMETRIC + 3 }> for ForceField<'_, SYMMETRIC> {
+    #[inline(always)]
+    fn lanes<const N: usize>(&self, tile: usize, first: usize) -> Option<[[f64; N]; SYMMETRIC + 3]> {
+        self.values(tile, first)
+    }
+
+    #[inline(always)]
+    fn keep<S: Simd>(&self, simd: S, tile: usize, lane: usize, sums: &[S::f64s], adjoint: &mut [Tile]) {
+        self.add(simd, tile, lane, sums, adjoint);
+    }
+}
+
+impl EvenField<{ GENERAL + 3 }> for ForceField<'_, GENERAL> {
+    #[inline(always)]
+    fn lanes<const N: usize>(&self, tile: usize, first: usize) -> Option<[[f64; N]; GENERAL + 3]> {
+        self.values(tile, first)
+    }
+
+    #[inline(always)]
+    fn keep<S: Simd>(&self, simd: S, tile: usize, lane: usize, sums: &[S::f64s], adjoint: &mut [Tile]) {
+        self.add(simd, tile, lane, sums, adjoint);
     }
 }
 

@@ -1,11 +1,11 @@
 //! The stress sweep of a linear material: as many particles at once as a vector register holds.
 
-use super::correction::{Correction, PLACES, ROW};
+use super::correction::{Correction, PLACES, ROW, SYMMETRIC};
 use super::{Elastic, Workspace};
 use crate::lattice::Lattice;
-use crate::material::Tangent;
+use crate::material::Stiffness;
 use crate::moments::Moments;
-use crate::ops::{self, PAIR_COMPONENTS, Pointwise, SIDE_COMPONENTS, Side};
+use crate::ops::{self, PAIR_COMPONENTS, Pointwise, Side};
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use crate::tiles::{LANES, Tile, Tiles};
 use pulp::Simd;
@@ -153,7 +153,7 @@ impl Constants {
 struct LinearStress<'a> {
     constants: &'a Constants,
     correction: &'a Correction,
-    tangent: &'a Tangent,
+    stiffness: &'a Stiffness,
     /// Whether no shear strain goes with a normal stress or with another shear stress.
     decoupled: bool,
     kappa: f64,
@@ -172,14 +172,14 @@ impl LinearStress<'_> {
             for k in 0..3 {
                 for j in 0..3 {
                     sigma[k] =
-                        simd.mul_add_e_f64s(simd.splat_f64s(self.tangent.0[k][j]), strain[j], sigma[k]);
+                        simd.mul_add_e_f64s(simd.splat_f64s(self.stiffness.0[k][j]), strain[j], sigma[k]);
                 }
-                sigma[k + 3] = simd.mul_f64s(simd.splat_f64s(self.tangent.0[k + 3][k + 3]), strain[k + 3]);
+                sigma[k + 3] = simd.mul_f64s(simd.splat_f64s(self.stiffness.0[k + 3][k + 3]), strain[k + 3]);
             }
         } else {
             for (k, sigma) in sigma.iter_mut().enumerate() {
                 for (j, e) in strain.into_iter().enumerate() {
-                    *sigma = simd.mul_add_e_f64s(simd.splat_f64s(self.tangent.0[k][j]), e, *sigma);
+                    *sigma = simd.mul_add_e_f64s(simd.splat_f64s(self.stiffness.0[k][j]), e, *sigma);
                 }
             }
         }
@@ -247,7 +247,7 @@ impl Pointwise for LinearStress<'_> {
         if let (Some(row), Some(number)) = (row, number) {
             correct(simd, (row, lane), [&sums[..9], &sums[9..], &q], side, &mut strain);
             if !self.lifted.is_empty() {
-                for (strain, lifted) in strain.iter_mut().zip(&self.lifted[SIDE_COMPONENTS * number..]) {
+                for (strain, lifted) in strain.iter_mut().zip(&self.lifted[SYMMETRIC * number..]) {
                     *strain = simd.add_f64s(*strain, ops::load(simd, &lifted.0, lane));
                 }
             }
@@ -349,18 +349,22 @@ pub(super) fn times<S: Simd>(simd: S, a: [S::f64s; 3], l: &[S::f64s; 6]) -> [S::
 
 impl Elastic {
     /// [`Elastic::stress_sweep`] for a linear material.
-    pub(super) fn linear_stress_sweep(&mut self, tangent: &Tangent) {
+    pub(super) fn linear_stress_sweep(&mut self, stiffness: &Stiffness) {
         let Workspace { q, pair, side, lifted, .. } = &mut self.work;
         let pointwise = LinearStress {
             constants: &self.constants,
             correction: &self.correction,
-            tangent,
-            decoupled: (0..6).all(|k| (0..6).all(|j| k == j || (k < 3 && j < 3) || tangent.0[k][j] == 0.0)),
+            stiffness,
+            decoupled: (0..6).all(|k| (0..6).all(|j| k == j || (k < 3 && j < 3) || stiffness.0[k][j] == 0.0)),
             kappa: self.hourglass,
             q,
             lifted,
         };
-        let side = (!side.is_empty()).then_some(Side { part: &self.correction.rows, values: side });
+        let side = (!side.is_empty()).then_some(Side {
+            part: &self.correction.rows,
+            components: SYMMETRIC,
+            values: side,
+        });
         ops::gradient_sums(&self.lattice, None, q, pair, side, &pointwise);
     }
 }

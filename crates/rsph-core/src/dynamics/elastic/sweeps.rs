@@ -1,10 +1,10 @@
 //! The two sweeps of the adjoint formulation: gradient and stress, then the adjoint of the gradient.
 
-use super::correction::{Correction, ForceField, Row, StrainField};
+use super::correction::{Correction, ForceField, GENERAL, GradientField, Row, SYMMETRIC};
 use super::linear::{Constants, scatter};
 use super::{Elastic, Workspace};
 use crate::moments::Moments;
-use crate::ops::{self, EachParticle, PAIR_COMPONENTS, Results, SIDE_COMPONENTS, Side};
+use crate::ops::{self, EachParticle, MAX_SIDE, PAIR_COMPONENTS, Results, Side};
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use crate::tiles::{LANES, Tile, Tiles};
 use std::ops::Range;
@@ -38,8 +38,8 @@ impl Spread<'_> {
 pub(super) struct Sums {
     /// G_a = `first` L_a, on the lattice, without the correction near the surface.
     pub(super) gradient: Mat3,
-    /// The strain of the field in the undeformed body, Eqs. (10), (13), corrected.
-    pub(super) strain: SymTensor,
+    /// grad z in the undeformed body, Eqs. (10), (13), corrected; under a linear law its antisymmetric part is not.
+    pub(super) deformation: Mat3,
     /// sum V_b w (z_b - z_a) (x) X.
     pub(super) first: Mat3,
     /// sum V_b w (z_b - z_a).
@@ -57,19 +57,22 @@ pub(super) struct Body<'a> {
     pub(super) spread: Spread<'a>,
     pub(super) correction: &'a Correction,
     pub(super) lifted: &'a [Tile],
+    /// Components of what is lifted and of the sums of the correction: [`SYMMETRIC`] or [`GENERAL`].
+    pub(super) components: usize,
 }
 
 impl Body<'_> {
     /// Completes the lattice sums of particle a to G_a = sum V_b w (z_b - z_a) (x) L_a X, Eqs. (10),
-    /// (13), to the Laplacian sum V_b w (z_b - z_a) and to the strain; `beside` are the sums of the correction.
+    /// (13), to the Laplacian sum V_b w (z_b - z_a) and to the gradient in the undeformed body; `beside` are the sums of the
+    /// correction.
     #[inline(always)]
-    fn complete(&self, a: usize, h: &Mat3, q: &Vec3, beside: &[f64; SIDE_COMPONENTS]) -> Sums {
+    fn complete(&self, a: usize, h: &Mat3, q: &Vec3, beside: &[f64; MAX_SIDE]) -> Sums {
         let (t, lane) = self.spread.tiles.place(a);
         let m = self.spread.constants.moments(t, lane);
         let value = self.spread.value(a);
         let (first, laplacian) = (h - value * m.first.transpose(), q - value * m.zeroth);
         let gradient = first * m.correction;
-        let mut strain = SymTensor::symmetric_part(&undeformed(self.stretch, a, &gradient));
+        let mut deformation = undeformed(self.stretch, a, &gradient);
         let mut row = None;
         if let Some(number) = self.correction.rows.number(t) {
             row = self.correction.row(t, lane, m.volume);
@@ -77,14 +80,28 @@ impl Body<'_> {
                 let own = laplacian * row.gamma.transpose()
                     + value * row.zeroth.transpose()
                     + first * row.slope.transpose();
-                strain = strain + SymTensor(*beside) + SymTensor::symmetric_part(&own) * -1.0;
+                deformation += self.tensor(beside) - own;
             }
             if !self.lifted.is_empty() {
-                let lifted = &self.lifted[SIDE_COMPONENTS * number..][..SIDE_COMPONENTS];
-                strain = strain + SymTensor(std::array::from_fn(|c| lifted[c].0[lane]));
+                let lifted = &self.lifted[self.components * number..][..self.components];
+                deformation +=
+                    self.tensor(&std::array::from_fn(|c| lifted.get(c).map_or(0.0, |tile| tile.0[lane])));
             }
         }
-        Sums { gradient, strain, first, laplacian, moments: m, value, row }
+        Sums { gradient, deformation, first, laplacian, moments: m, value, row }
+    }
+}
+
+impl Body<'_> {
+    /// The tensor with these components.
+    #[inline(always)]
+    fn tensor(&self, values: &[f64; MAX_SIDE]) -> Mat3 {
+        if self.components == SYMMETRIC {
+            let [xx, yy, zz, xy, yz, xz, ..] = *values;
+            SymTensor([xx, yy, zz, xy, yz, xz]).to_matrix()
+        } else {
+            Mat3::from_row_slice(values)
+        }
     }
 }
 
@@ -97,6 +114,7 @@ impl Elastic {
         // Nothing but differences of z counts: without its translation a body far from where it started rounds no worse.
         let origin = if n > 0 { value(0) } else { Vec3::zeros() };
         scatter(&self.lattice.tiles, &self.constants, u, v, &origin, &mut self.work.q);
+        let components = self.components();
         let Workspace { q, side, lifted, .. } = &mut self.work;
         if !self.lift.is_empty() {
             let tiles = &self.lattice.tiles;
@@ -105,18 +123,30 @@ impl Elastic {
                 let (t, lane) = tiles.place(a);
                 constants.volume(t)[lane]
             });
-            for (a, strain) in self.lift.particles().iter().zip(self.lift.strains()) {
+            for (a, gradient) in self.lift.particles().iter().zip(self.lift.gradients()) {
                 let (t, lane) = tiles.place(*a as usize);
                 if let Some(number) = self.correction.rows.number(t) {
-                    let tiles = &mut lifted[SIDE_COMPONENTS * number..][..SIDE_COMPONENTS];
-                    tiles.iter_mut().zip(strain.0).for_each(|(tile, e)| tile.0[lane] = e);
+                    let tiles = lifted[components * number..][..components].iter_mut();
+                    if components == SYMMETRIC {
+                        let strain = SymTensor::symmetric_part(gradient);
+                        tiles.zip(strain.0).for_each(|(tile, e)| tile.0[lane] = e);
+                    } else {
+                        // Row by row.
+                        tiles.zip(gradient.transpose().iter()).for_each(|(tile, g)| tile.0[lane] = *g);
+                    }
                 }
             }
         }
         if !self.correction.is_empty() {
-            let field = StrainField { correction: &self.correction, q };
-            let rows = &self.correction.rows;
-            ops::even_sums(&self.lattice, rows, &field, Results::new(Some(rows), SIDE_COMPONENTS, side));
+            let (lattice, correction) = (&self.lattice, &self.correction);
+            let results = Results::new(Some(&correction.rows), components, side);
+            if components == SYMMETRIC {
+                let field = GradientField::<SYMMETRIC> { correction, q };
+                ops::even_sums(lattice, &correction.rows, &field, results);
+            } else {
+                let field = GradientField::<GENERAL> { correction, q };
+                ops::even_sums(lattice, &correction.rows, &field, results);
+            }
         }
     }
 
@@ -126,11 +156,12 @@ impl Elastic {
     }
 
     /// Leaves `visit(body, particle, sums, stress)` of the field that was spread in the tiled field `pair`, and what it
-    /// makes of `stress`, V sigma, where the second sweep wants it.
+    /// makes of `stress`, V P, where the second sweep wants it.
     pub(super) fn visit_sums(
         &mut self,
-        visit: impl Fn(&Body<'_>, usize, &Sums, &mut [f64; SIDE_COMPONENTS]) -> [f64; PAIR_COMPONENTS] + Sync,
+        visit: impl Fn(&Body<'_>, usize, &Sums, &mut [f64; MAX_SIDE]) -> [f64; PAIR_COMPONENTS] + Sync,
     ) {
+        let components = self.components();
         let Workspace { q, pair, side, lifted, .. } = &mut self.work;
         let tiles = &self.lattice.tiles;
         let body = Body {
@@ -138,41 +169,50 @@ impl Elastic {
             spread: Spread { tiles, q, constants: &self.constants },
             correction: &self.correction,
             lifted,
+            components,
         };
         let each = EachParticle {
             tiles,
-            function: |a, h: &Mat3, q: &Vec3, beside: &mut [f64; SIDE_COMPONENTS]| {
+            function: |a, h: &Mat3, q: &Vec3, beside: &mut [f64; MAX_SIDE]| {
                 let sums = body.complete(a, h, q, beside);
                 visit(&body, a, &sums, beside)
             },
         };
-        let side = (!side.is_empty()).then_some(Side { part: &self.correction.rows, values: side });
+        let side =
+            (!side.is_empty()).then_some(Side { part: &self.correction.rows, components, values: side });
         ops::gradient_sums(&self.lattice, None, q, pair, side, &each);
     }
 
     /// From the field that was spread to T_a and the part of the force that needs no neighbour's T:
-    /// T_a = V_a (sigma_a (F_a^T L_a - z Gamma_a) - kappa G_a), with F = d xi / d X and G on the lattice.
+    /// T_a = V_a (P_a (F_a^T L_a - z Gamma_a) - kappa G_a), with F = d xi / d X and G on the lattice; P of a linear law.
     pub(super) fn stress_sweep(&mut self) {
-        match self.tangent {
-            Some(tangent) if self.stretch.is_empty() => self.linear_stress_sweep(&tangent),
-            _ => self.general_stress_sweep(),
+        let stiffness = self.stiffness;
+        if self.stretch.is_empty() && self.is_linear() {
+            self.linear_stress_sweep(&stiffness);
+        } else {
+            let hooke = |g: &Mat3| stiffness.stress(SymTensor::symmetric_part(g)).to_matrix(); // Eq. (5)
+            self.general_stress_sweep(|_, _, g| hooke(g));
         }
     }
 
-    /// [`Self::stress_sweep`] for any material.
-    fn general_stress_sweep(&mut self) {
-        let (material, kappa) = (std::sync::Arc::clone(&self.material), self.hourglass);
+    /// [`Self::stress_sweep`] with P as a function of (tiles, particle, grad z).
+    pub(super) fn general_stress_sweep(&mut self, first_piola: impl Fn(&Tiles, usize, &Mat3) -> Mat3 + Sync) {
+        let kappa = self.hourglass;
         self.visit_sums(|body, a, sums, stress| {
             let m = &sums.moments;
-            let sigma = material.stress(sums.strain); // Eq. (5)
-            *stress = sigma.0.map(|s| s * m.volume);
-            let sigma = sigma.to_matrix();
-            let stretched = body.stretch.get(a).map_or(sigma, |f| sigma * f.transpose());
+            let piola = first_piola(body.spread.tiles, a, &sums.deformation);
+            let q = piola * m.volume;
+            if body.components == SYMMETRIC {
+                stress[..SYMMETRIC].copy_from_slice(&SymTensor::symmetric_part(&q).0);
+            } else {
+                *stress = std::array::from_fn(|c| q[(c / 3, c % 3)]);
+            }
+            let stretched = body.stretch.get(a).map_or(piola, |f| piola * f.transpose());
             let mut t = stretched * m.correction - sums.gradient * kappa;
             let mut own = sums.laplacian * (2.0 * kappa * m.volume);
             if let Some(row) = &sums.row {
-                t -= sigma * row.slope;
-                own += sigma * (row.zeroth - row.gamma * m.zeroth) * m.volume;
+                t -= piola * row.slope;
+                own += piola * (row.zeroth - row.gamma * m.zeroth) * m.volume;
             }
             t *= m.volume;
             own += t * m.first;
@@ -187,21 +227,33 @@ impl Elastic {
         });
     }
 
-    /// From T_a and V sigma to the sums of the second sweep, the adjoint of the gradient.
+    /// From T_a and V P to the sums of the second sweep, the adjoint of the gradient.
     pub(super) fn adjoint_sweep(&mut self) {
+        let components = self.components();
         let Workspace { q, pair, side, .. } = &mut self.work;
         ops::adjoint_sums(&self.lattice, None, pair, q);
         if !self.correction.is_empty() {
-            let field = ForceField { correction: &self.correction, stress: side };
-            ops::even_sums(&self.lattice, &self.correction.reach, &field, Results::new(None, 3, q));
+            let (lattice, correction, results) = (&self.lattice, &self.correction, Results::new(None, 3, q));
+            if components == SYMMETRIC {
+                let field = ForceField::<SYMMETRIC> { correction, stress: side };
+                ops::even_sums(lattice, &correction.reach, &field, results);
+            } else {
+                let field = ForceField::<GENERAL> { correction, stress: side };
+                ops::even_sums(lattice, &correction.reach, &field, results);
+            }
         }
         if !self.lift.is_empty() {
             let (tiles, rows, constants) = (&self.lattice.tiles, &self.correction.rows, &self.constants);
             self.lift.react(|a| {
                 let (t, lane) = tiles.place(a);
                 let volume = constants.volume(t)[lane];
-                let stress = rows.number(t).map_or(&[][..], |n| &side[SIDE_COMPONENTS * n..]);
-                SymTensor(std::array::from_fn(|c| stress.get(c).map_or(0.0, |s| s.0[lane] / volume)))
+                let stress = rows.number(t).map_or(&[][..], |n| &side[components * n..][..components]);
+                let value = |c: usize| stress.get(c).map_or(0.0, |s| s.0[lane] / volume);
+                if components == SYMMETRIC {
+                    SymTensor(std::array::from_fn(value)).to_matrix()
+                } else {
+                    Mat3::from_fn(|i, j| value(3 * i + j))
+                }
             });
         }
     }

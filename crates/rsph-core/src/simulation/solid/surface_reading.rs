@@ -5,13 +5,13 @@
 //! Of t only the components that are not held are known, and a has only those: on a roller the shear is read so and the fit
 //! gives the rest, on a clamp and where forces from outside push the fit stands alone. A Kelvin-Voigt solid has
 //! sigma = C (e + T de/dt): its stress follows from u + T v and t, and its strain from u and what t becomes in C e n, which
-//! obeys T ds/dt + s = t.
+//! obeys T ds/dt + s = t. Under any other law F = F_fit + a (x) n with P(F, dF/dt) n = t, dF/dt as the fit has it.
 
 use super::held::Held;
 use crate::boundary::constraints::projectors;
 use crate::boundary::load::SurfaceTraction;
 use crate::boundary::surface_load::SurfacePoint;
-use crate::material::Material;
+use crate::material::{FiniteStrain, Law, Material, Stiffness};
 use crate::mls::{Cloud, GradientFit};
 use crate::neighbors::CellList;
 use crate::setup::{Load, Ramp, Setup};
@@ -122,19 +122,35 @@ impl SurfaceReading {
     ) -> Vec<VertexStrain> {
         let relaxation_time = loading.material.relaxation_time();
         let tractions = Tractions::new(loading);
+        let law = loading.material.law();
         let read = |(i, (vertex, fit)): (usize, (&Vertex, &GradientFit))| {
             let is_pushed = !pushed.is_empty() && cloud.rests_on(fit, pushed);
             let free = if is_pushed { Mat3::zeros() } else { vertex.free };
-            let strain_of = |g: Mat3, traction: Vec3| {
-                with_traction(loading.material, (&vertex.normal, &free), &g, &traction)
-            };
             let now = tractions.at(vertex, |ramp| ramp.at(t));
+            let stiffness = match law {
+                Law::Linear(stiffness) => stiffness,
+                Law::FiniteStrain(finite) => {
+                    let g = cloud.gradient(fit, &u);
+                    let rate = if relaxation_time > 0.0 {
+                        (cloud.gradient(fit, &effective) - g) / relaxation_time
+                    } else {
+                        Mat3::zeros()
+                    };
+                    let f = with_nominal_traction(finite, (&vertex.normal, &free), &g, &rate, &now);
+                    let (strain, stress) = law.measures(relaxation_time, &(f - Mat3::identity()), &rate);
+                    let turned = f.try_inverse().map(|inverse| inverse.transpose() * vertex.normal);
+                    let normal = turned.map_or(vertex.normal, |n| n.normalize());
+                    return VertexStrain { normal, strain, stress };
+                }
+            };
+            let strain_of =
+                |g: Mat3, traction: Vec3| with_traction(&stiffness, (&vertex.normal, &free), &g, &traction);
             let settled = self.relaxed(i, vertex, &tractions, t, relaxation_time);
             let strain = strain_of(cloud.gradient(fit, &u), settled);
             let stress = if relaxation_time > 0.0 {
-                loading.material.stress(strain_of(cloud.gradient(fit, &effective), now))
+                stiffness.stress(strain_of(cloud.gradient(fit, &effective), now))
             } else {
-                loading.material.stress(strain)
+                stiffness.stress(strain)
             };
             VertexStrain { normal: vertex.normal, strain, stress }
         };
@@ -148,8 +164,9 @@ impl SurfaceReading {
         (cloud, fits): (&Cloud<'_>, &[GradientFit]),
         u: impl Fn(usize) -> Vec3 + Sync,
     ) {
+        let stiffness = material.stiffness();
         let of = |(vertex, fit): (&Vertex, &GradientFit)| {
-            material.stress(SymTensor::symmetric_part(&cloud.gradient(fit, &u))).dot(&vertex.normal)
+            stiffness.stress(SymTensor::symmetric_part(&cloud.gradient(fit, &u))).dot(&vertex.normal)
         };
         let traction = self.vertices.par_iter().zip(fits).map(of).collect();
         self.settled = Settled { time: 0.0, traction };
@@ -157,7 +174,7 @@ impl SurfaceReading {
 
     /// Remembers C e n of this moment: the loads are about to change.
     pub fn settle(&mut self, loading: &Loading<'_>, t: f64, at_rest: bool) {
-        if loading.material.relaxation_time() == 0.0 {
+        if loading.material.relaxation_time() == 0.0 || loading.material.law().finite_strain().is_some() {
             return;
         }
         let relaxation_time = if at_rest { 0.0 } else { loading.material.relaxation_time() };
@@ -201,7 +218,7 @@ impl<'a> Tractions<'a> {
 
 /// The strain of the displacement gradient `g`, changed across the surface with normal n so that its stress has the
 /// components of that traction which `free` projects on.
-fn with_traction(material: &dyn Material, (n, free): (&Vec3, &Mat3), g: &Mat3, traction: &Vec3) -> SymTensor {
+fn with_traction(material: &Stiffness, (n, free): (&Vec3, &Mat3), g: &Mat3, traction: &Vec3) -> SymTensor {
     let fit = SymTensor::symmetric_part(g);
     let across = |a: Vec3| SymTensor::symmetric_part(&(a * n.transpose()));
     // Unit where the traction is not known, so that nothing changes there.
@@ -211,6 +228,51 @@ fn with_traction(material: &dyn Material, (n, free): (&Vec3, &Mat3), g: &Mat3, t
     }));
     let missing = free * (traction - material.stress(fit).dot(n));
     acoustic.try_inverse().map_or(fit, |inverse| fit + across(inverse * missing))
+}
+
+/// Steps of Newton's method for the deformation gradient at a vertex, and the missing traction at which it is found.
+const MAX_STEPS: usize = 12;
+/// See [`MAX_STEPS`].
+const FOUND: f64 = 1e-10;
+
+/// F = 1 + `g` + a (x) n with P(F, `rate`) n equal to that traction in the components that `free` projects on.
+fn with_nominal_traction(
+    law: &dyn FiniteStrain,
+    (n, free): (&Vec3, &Mat3),
+    g: &Mat3,
+    rate: &Mat3,
+    traction: &Vec3,
+) -> Mat3 {
+    let fit = Mat3::identity() + g;
+    let mut f = fit;
+    let missing = |f: &Mat3| free * (traction - (law.first_piola(f) + law.viscous_piola(f, rate)) * n);
+    let mut rest = missing(&f);
+    let scale = law.tangent(&Mat3::identity(), &(n * n.transpose())).norm();
+    for _ in 0..MAX_STEPS {
+        if rest.norm() <= FOUND * scale {
+            return f;
+        }
+        // Unit where the traction is not known, so that nothing changes there.
+        let acoustic = Mat3::from_columns(&std::array::from_fn::<_, 3, _>(|i| {
+            let a = free.column(i).into_owned();
+            free * law.tangent(&f, &(a * n.transpose())) * n + Vec3::ith(i, 1.0) - a
+        }));
+        let Some(step) = acoustic.try_inverse().map(|inverse| inverse * rest) else { return fit };
+        let mut length = 1.0;
+        loop {
+            let next = f + length * step * n.transpose();
+            let left = missing(&next);
+            if next.determinant() > 0.0 && left.norm() < rest.norm() {
+                (f, rest) = (next, left);
+                break;
+            }
+            length *= 0.5;
+            if length < 1e-3 {
+                return fit;
+            }
+        }
+    }
+    fit
 }
 
 /// s at time `to` with T ds/dt + s = the ramp's factor, from s = 0 at time `from`.
@@ -233,7 +295,7 @@ fn relaxed_factor(ramp: &Ramp, from: f64, to: f64, relaxation: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::KelvinVoigt;
+    use crate::material::{KelvinVoigt, NeoHookean};
 
     #[test]
     fn a_relaxed_factor_solves_its_equation() {
@@ -256,6 +318,25 @@ mod tests {
     }
 
     #[test]
+    fn a_nominal_traction_is_met_at_large_strain_and_the_rest_stays() {
+        let material = NeoHookean::new(1.0, 10.0, 0.45, 0.1).unwrap();
+        let law = material.law().finite_strain().unwrap();
+        let n = Vec3::new(1.0, -2.0, 0.5).normalize();
+        let g = Mat3::new(0.1, -0.3, 0.2, 0.05, 0.2, -0.1, 0.4, 0.15, -0.25);
+        let (t, flat) = (Vec3::new(0.3, -0.2, 1.0), Mat3::identity() - n * n.transpose());
+        for rate in [Mat3::zeros(), g.transpose() * 0.3] {
+            for free in [Mat3::identity(), flat, Mat3::zeros()] {
+                let f = with_nominal_traction(law, (&n, &free), &g, &rate, &t);
+                let piola = law.first_piola(&f) + law.viscous_piola(&f, &rate);
+                assert!((free * (piola * n - t)).norm() < 1e-8);
+                let changed = f - Mat3::identity() - g;
+                assert!((changed * flat).amax() < 1e-12);
+                assert!((changed - free * changed).amax() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
     fn what_is_known_of_the_traction_is_met_and_the_rest_stays() {
         let material = KelvinVoigt::new(1.0, 10.0, 0.45, 0.0).unwrap();
         let n = Vec3::new(1.0, -2.0, 0.5).normalize();
@@ -264,8 +345,8 @@ mod tests {
         let flat = Mat3::identity() - n * n.transpose();
         let tilted = Mat3::identity() - Vec3::x() * Vec3::x().transpose();
         for free in [Mat3::identity(), flat, tilted, Mat3::zeros()] {
-            let e = with_traction(&material, (&n, &free), &g, &t);
-            assert!((free * (material.stress(e).dot(&n) - t)).norm() < 1e-12);
+            let e = with_traction(&material.stiffness(), (&n, &free), &g, &t);
+            assert!((free * (material.stiffness().stress(e).dot(&n) - t)).norm() < 1e-12);
             let changed = e.to_matrix() - SymTensor::symmetric_part(&g).to_matrix();
             assert!((flat * changed * flat).amax() < 1e-12);
             // What is held stays as the fit has it: the change is a (x) n with a free.

@@ -1,0 +1,307 @@
+//! Newton's method for a body at rest: each step solves a tangent by conjugate gradients, with the multigrid of the undeformed
+//! body. Where whole steps do not lead to equilibrium they go as far as the potential falls, and where these do not either, loads
+//! are raised in steps.
+
+use super::cg::Goal;
+use super::stiff::StiffSolver;
+use super::sums::combine;
+use crate::dynamics::Scales;
+use crate::dynamics::elastic::Elastic;
+
+/// Steps of one load step.
+const MAX_STEPS: usize = 15;
+/// Iterations of one linear system.
+const MAX_ITERATIONS: usize = 1000;
+/// Largest residual of a linear system, as a share of its right-hand side.
+const FORCING: f64 = 0.01;
+/// Share of the decrease that the slope of the potential promises which a step must have.
+const SUFFICIENT: f64 = 1e-4;
+/// Halvings of a step; one that must be shorter is a sign of too large a load step.
+const MAX_HALVINGS: usize = 4;
+/// Change of the potential, as a share of it, that rounding hides.
+const ROUNDING: f64 = 1e-12;
+/// Residual of a load step on the way, as a share of the load.
+const ON_THE_WAY: f64 = 1e-3;
+/// Smallest load step, as a share of the load.
+const SMALLEST_LOAD_STEP: f64 = 1.0 / 512.0;
+
+/// A body to be brought to rest.
+pub struct Newton<'a> {
+    /// The body.
+    pub elastic: &'a mut Elastic,
+    /// Its linear solver.
+    pub solver: StiffSolver,
+    /// When: what moved faces go by.
+    pub t: f64,
+    /// Loads of that time, component by component, zero where the body is held.
+    pub load: Vec<f64>,
+    /// Internal forces of the last state that was looked at.
+    pub force: Vec<f64>,
+    /// Loads and internal forces, zero where the body is held.
+    residual: Vec<f64>,
+    /// |residual| of the undeformed body or of the state at the start, the larger: what others are compared with.
+    pub reference: f64,
+    /// Iterations of the linear solver.
+    pub iterations: usize,
+    /// Steps.
+    pub steps: usize,
+    /// The last direction.
+    direction: Vec<f64>,
+}
+
+/// How a load step ended without equilibrium.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trouble {
+    /// The linear solver or the steps did not converge.
+    NotConverged,
+    /// Who watches wants no more.
+    Stopped,
+}
+
+impl<'a> Newton<'a> {
+    /// For `elastic` at time `t`.
+    pub fn new(elastic: &'a mut Elastic, t: f64) -> Self {
+        let n = elastic.len();
+        elastic.linearise_undeformed();
+        let mut load = elastic.load_at(t);
+        elastic.fixed.zero(&mut load, n);
+        let zeros = || vec![0.0; 3 * n];
+        let solver = StiffSolver::new(elastic);
+        let mut newton = Self {
+            elastic,
+            solver,
+            t,
+            load,
+            force: zeros(),
+            residual: zeros(),
+            reference: 0.0,
+            iterations: 0,
+            steps: 0,
+            direction: zeros(),
+        };
+        let mut undeformed = zeros();
+        newton.impose(1.0, &mut undeformed);
+        newton.reference = newton.residual_at(1.0, &undeformed);
+        newton
+    }
+
+    /// Sets held components of u to where that share of their way has led them.
+    pub fn impose(&self, share: f64, u: &mut [f64]) {
+        let n = self.elastic.len();
+        for p in &self.elastic.fixed.particles {
+            let moved = p.motion.map_or_else(Default::default, |m| m.displacement(self.t) * share);
+            for i in (0..3).filter(|&i| p.fix[i]) {
+                u[i * n + p.particle] = moved[i];
+            }
+        }
+    }
+
+    /// |loads + internal forces| where that share of loads and motions acts.
+    pub fn residual_at(&mut self, share: f64, u: &[f64]) -> f64 {
+        let Self { elastic, solver, t, load, force, residual, .. } = self;
+        elastic.force_at_rest(*t, share, u, force);
+        residual.copy_from_slice(force);
+        combine(share, load, 1.0, residual);
+        elastic.fixed.zero(residual, elastic.len());
+        solver.norm(residual)
+    }
+
+    /// Elastic energy less the work of that share of the loads.
+    fn potential(&mut self, share: f64, u: &[f64]) -> f64 {
+        let work: f64 = self.load.iter().zip(u).map(|(f, u)| f * u).sum();
+        self.elastic.elastic_energy(self.t, share, u) - share * work
+    }
+
+    /// From `u` to equilibrium under all loads, in one step if it can be, else from the undeformed body in load steps that adapt
+    /// themselves. `watch` sees (iterations, residual over that of the undeformed body).
+    ///
+    /// # Errors
+    /// No equilibrium; u is then the last state.
+    pub fn solve(
+        &mut self,
+        tolerance: f64,
+        u: &mut [f64],
+        watch: &mut dyn FnMut(usize, f64) -> bool,
+    ) -> Result<(), Trouble> {
+        let start = u.to_vec();
+        self.impose(1.0, u);
+        let size = self.residual_at(1.0, u);
+        if size.is_finite() {
+            self.reference = self.reference.max(size);
+        }
+        match self.load_step(1.0, tolerance, u, watch) {
+            Err(Trouble::NotConverged) if !self.elastic.is_linear() => {}
+            ended => return ended,
+        }
+        let (mut share, mut step) = (0.0_f64, 0.5);
+        u.fill(0.0);
+        let mut reached = u.to_vec();
+        let mut before: Option<(f64, Vec<f64>)> = None;
+        while share < 1.0 {
+            let next = (share + step).min(1.0);
+            // On along the path.
+            if let Some((earlier, there)) = &before {
+                let on = (next - share) / (share - earlier);
+                combine(1.0 + on, &reached, 0.0, u);
+                combine(-on, there, 1.0, u);
+                if !self.elastic.elastic_energy(self.t, next, u).is_finite() {
+                    u.copy_from_slice(&reached);
+                }
+            }
+            let tolerance = if next < 1.0 { ON_THE_WAY } else { tolerance };
+            match self.load_step(next, tolerance, u, watch) {
+                Ok(()) => {
+                    before = Some((share, std::mem::replace(&mut reached, u.to_vec())));
+                    share = next;
+                    step *= 1.5;
+                }
+                Err(Trouble::NotConverged) if step > SMALLEST_LOAD_STEP => {
+                    u.copy_from_slice(&reached);
+                    step *= 0.5;
+                    before = None;
+                }
+                Err(trouble) => {
+                    u.copy_from_slice(&start);
+                    return Err(trouble);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// From `u` to equilibrium under that share of loads and motions: by whole steps, and if these do not get there by steps along
+    /// which the potential falls.
+    fn load_step(
+        &mut self,
+        share: f64,
+        tolerance: f64,
+        u: &mut [f64],
+        watch: &mut dyn FnMut(usize, f64) -> bool,
+    ) -> Result<(), Trouble> {
+        let start = u.to_vec();
+        match self.iterate(share, tolerance, u, false, watch) {
+            Err(Trouble::NotConverged) if !self.elastic.is_linear() => {
+                u.copy_from_slice(&start);
+                self.iterate(share, tolerance, u, true, watch)
+            }
+            ended => ended,
+        }
+    }
+
+    /// Newton's method from `u`; `searches`: along each direction only as far as the potential falls.
+    fn iterate(
+        &mut self,
+        share: f64,
+        tolerance: f64,
+        u: &mut [f64],
+        searches: bool,
+        watch: &mut dyn FnMut(usize, f64) -> bool,
+    ) -> Result<(), Trouble> {
+        self.impose(share, u);
+        let goal = tolerance * self.reference;
+        let mut size = self.residual_at(share, u);
+        let mut taken = None;
+        for _ in 0..MAX_STEPS {
+            if size <= 2.0 * goal {
+                return Ok(());
+            }
+            if !size.is_finite() || self.elastic.inverted().is_some() {
+                return Err(Trouble::NotConverged);
+            }
+            self.elastic.linearise_for_newton(self.t, share, u, taken);
+            let (new, length) = self.step(share, size, goal, u, searches, watch)?;
+            (size, taken) = (new, Some(length));
+        }
+        Err(Trouble::NotConverged)
+    }
+
+    /// One step of Newton's method from `u` with |residual| = `size`; returns the new one and how much of the step was taken.
+    fn step(
+        &mut self,
+        share: f64,
+        size: f64,
+        goal: f64,
+        u: &mut [f64],
+        searches: bool,
+        watch: &mut dyn FnMut(usize, f64) -> bool,
+    ) -> Result<(f64, f64), Trouble> {
+        let is_linear = self.elastic.is_linear();
+        let mut direction = std::mem::take(&mut self.direction);
+        direction.fill(0.0);
+        // The nearer, the more exact: quadratic convergence.
+        let forcing = FORCING * (size / self.reference).min(1.0);
+        let wanted = if is_linear { goal } else { (forcing * size).max(goal) };
+        let (done, reference) = (self.iterations, self.reference);
+        let mut stopped = false;
+        let outcome = self.solver.solve(
+            self.elastic,
+            Scales::STATIC,
+            &self.residual,
+            &mut direction,
+            Goal { residual: wanted, iterations: MAX_ITERATIONS },
+            &mut |k, r| {
+                stopped = !watch(done + k, r / reference);
+                r.is_finite() && !stopped
+            },
+        );
+        self.iterations += outcome.iterations;
+        self.steps += 1;
+        let ended = if stopped {
+            Err(Trouble::Stopped)
+        } else if is_linear && !outcome.converged {
+            Err(Trouble::NotConverged)
+        } else {
+            self.advance(share, size, &direction, u, searches)
+        };
+        self.direction = direction;
+        ended
+    }
+
+    /// Adds `direction` to u, or as much of it as turns nothing inside out and, if it `searches`, as the potential falls by; returns
+    /// the new |residual| and how much.
+    fn advance(
+        &mut self,
+        share: f64,
+        size: f64,
+        direction: &[f64],
+        u: &mut [f64],
+        searches: bool,
+    ) -> Result<(f64, f64), Trouble> {
+        if self.elastic.is_linear() {
+            combine(1.0, direction, 1.0, u);
+            return Ok((self.residual_at(share, u), 1.0));
+        }
+        let slope: f64 = self.residual.iter().zip(direction).map(|(r, d)| r * d).sum();
+        if slope.is_nan() || slope <= 0.0 {
+            return Err(Trouble::NotConverged);
+        }
+        let start = if searches { self.potential(share, u) } else { 0.0 };
+        let from = u.to_vec();
+        let mut length = 1.0;
+        for _ in 0..=MAX_HALVINGS {
+            u.copy_from_slice(&from);
+            combine(length, direction, 1.0, u);
+            let new = self.residual_at(share, u);
+            if new.is_finite() && self.elastic.inverted().is_none() {
+                // A smaller residual will do, where rounding hides the potential.
+                if !searches || new < 0.5 * size {
+                    return Ok((new, length));
+                }
+                let rise = self.potential(share, u) - start;
+                if rise <= -SUFFICIENT * length * slope + ROUNDING * start.abs() {
+                    return Ok((self.residual_at(share, u), length));
+                }
+            }
+            length *= 0.5;
+        }
+        u.copy_from_slice(&from);
+        Err(Trouble::NotConverged)
+    }
+
+    /// The place among the particles that the last direction moves most.
+    pub fn moves_most(&self) -> Option<usize> {
+        let n = self.elastic.len();
+        let size = |a: usize| (0..3).map(|i| self.direction[i * n + a].powi(2)).sum::<f64>();
+        (0..n).max_by(|&a, &b| size(a).total_cmp(&size(b)))
+    }
+}

@@ -1,0 +1,55 @@
+//! Bodies at rest under laws for any deformation.
+
+use nalgebra::Rotation3;
+use rsph_core::material::NeoHookean;
+use rsph_core::region::Region;
+use rsph_core::sample::Resolution;
+use rsph_core::setup::{
+    Boundary, Fix, Initial, Integration, Load, LoadKind, Mechanics, Ramp, Remesh, Setup, Solver, TimeStep,
+    Units,
+};
+use rsph_core::shape::{BoxShape, MeshShape, Shape};
+use rsph_core::simulation::Simulation;
+use rsph_core::tensor::Vec3;
+use std::sync::Arc;
+
+/// The clamped cube of E = 10, turned by 30 degrees about y and shifted against its lattice, under a dead load at its head.
+fn turned_cube(n: usize, nu: f64, load: f64) -> Simulation {
+    let turn = Rotation3::from_axis_angle(&Vec3::y_axis(), 30.0_f64.to_radians());
+    let shift = Vec3::new(0.13, 0.71, 0.37) / n as f64;
+    let mut mesh = BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap().surface().clone();
+    mesh.vertices.iter_mut().for_each(|x| *x = turn * *x + shift);
+    let up = turn * Vec3::z();
+    let beyond = |point: Vec3, out: Vec3| Region::HalfSpace { point, normal: -out };
+    let kind = LoadKind::Traction { region: beyond(shift + up, up), traction: load * up };
+    Simulation::new(Setup {
+        units: Units::Normalised,
+        shape: Arc::new(MeshShape::new(&mesh, "turned").unwrap().0),
+        resolution: Resolution::Spacing(1.0 / n as f64),
+        material: Arc::new(NeoHookean::new(1.0, 10.0, nu, 0.0).unwrap()),
+        initial: Initial::default(),
+        boundaries: vec![Boundary { region: beyond(shift, -up), fix: Fix::ALL, motion: None }],
+        loads: vec![Load { kind, ramp: Ramp { from: 0.0, to: 1.0 } }],
+        mechanics: Mechanics::Solid,
+        remesh: Remesh::default(),
+        solver: Solver::ACCURATE,
+        time_step: TimeStep::Auto,
+        integration: Integration::default(),
+        allow_unstable: false,
+        probes: Vec::new(),
+    })
+    .unwrap()
+}
+
+/// Extension at load 3, relative to mixed finite elements (validation/large_strain/cube_mixed.csv).
+#[test]
+fn a_nearly_incompressible_cube_stretches_like_finite_elements() {
+    for (nu, extension) in [(0.3, 0.363180), (0.49, 0.363168), (0.499, 0.362924)] {
+        let mut cube = turned_cube(7, nu, 3.0);
+        let found = cube.solve_static(1.0, &mut |_, _| true).unwrap();
+        let error = found.compliance / found.load.norm() / extension - 1.0;
+        println!("nu = {nu}: {:.3} %, {} steps, {} iterations", 100.0 * error, found.steps, found.iterations);
+        assert!(error.abs() < 7e-3, "nu = {nu}: {error}");
+        assert!(found.residual < 2e-6 && (found.reaction + found.load).norm() < 1e-5);
+    }
+}
