@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// Names of the columns that a set of particles can carry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Field {
-    /// Reference position X of the particle; its node of the lattice of the last remesh, or, at large strain,
+    /// Reference position X of the particle; its node of the lattice of the last remesh, or, in the plane,
     /// its place in the undeformed body.
     Reference,
     /// Displacement u = x - X.
@@ -30,7 +30,7 @@ pub enum Field {
     LevelSet,
     /// Von Mises' equivalent stress.
     VonMises,
-    /// Node of the lattice of the last remesh, where it is not the reference position (large strain).
+    /// Node of the lattice of the last remesh, where it is not the reference position (in the plane).
     Node,
     /// Colour c: 1 inside a body that moves as told, 0 outside of it, Eqs. (8), (17); 1 in a fluid beside
     /// a solid, the characteristic function of Eq. (19).

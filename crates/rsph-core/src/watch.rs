@@ -112,7 +112,7 @@ impl Watch {
         if let Some((a, jacobian)) = smallest_jacobian.filter(|j| j.1.is_nan() || j.1 <= 0.0) {
             let what = format!("a particle was turned inside out (det F = {jacobian:.3} <= 0)");
             let remedy = "loads or moved parts are too much for this stiffness at small strain: lower them, take a \
-                          stiffer material, or one for large strain (`material.model = \"neo-hookean\"`)";
+                          stiffer material, or one whose law is for large strain (`material.model = \"neo-hookean\"`)";
             return Err(Failure { remedy: remedy.into(), ..fail(FailureKind::Inverted, what, Some(a)) });
         }
         for (good, field) in self.good.iter_mut().zip(dynamics.integrated()) {

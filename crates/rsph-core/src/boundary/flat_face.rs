@@ -1,4 +1,4 @@
-//! Loads on the flat faces of a box at large strain and in the scheme of the paper: with the area vectors of the operator,
+//! Loads on the flat faces of a box in the scheme of the paper and of bodies in the plane: with the area vectors of the operator,
 //! so that a uniform traction meets a uniform stress exactly.
 
 use crate::grid::Bounds;

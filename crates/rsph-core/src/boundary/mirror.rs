@@ -1,4 +1,4 @@
-//! Mirror planes: clamps and rollers on flat faces of a solid at large strain.
+//! Mirror planes: clamps and rollers on straight faces of a body in the plane.
 //!
 //! The image of a particle moves with u_g = s u + (1 - s) u_D, component by component: s = -1 where the component is held,
 //! s = +1 where it is free (a roller).

@@ -1,4 +1,4 @@
-//! From regions to particles, at large strain and in the scheme of the paper: which face gets mirror ghosts, which particles are held. Particles are
+//! From regions to particles, in the plane and in the scheme of the paper: which face gets mirror ghosts, which particles are held. Particles are
 //! found anew after every remesh, by where they were in the undeformed body, because regions survive it
 //! and indices do not.
 
@@ -157,7 +157,7 @@ fn components(boundary: &Boundary, i: usize) -> Result<[bool; 3], InvalidInput> 
         (Fix::Normal, None) => Err(InvalidInput::new(
             format!("boundary[{i}].fix"),
             "\"normal\"",
-            "is held on planes along an axis only, in the scheme of the paper and at large strain",
+            "is held on planes along an axis only, in the scheme of the paper and in the plane",
             "name components, or take the material \"kelvin-voigt\" with the formulation \"adjoint\"",
         )),
         (fix, _) => Ok(fix.components()),

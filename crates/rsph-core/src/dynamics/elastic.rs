@@ -55,6 +55,8 @@ pub struct Elastic {
     linear: bool,
     /// A particle that is turned inside out.
     inverted: Option<usize>,
+    /// Whether the tangent is replaced by one that is positive.
+    positive: bool,
     constants: Constants,
     correction: Correction,
     work: Workspace,
@@ -105,6 +107,7 @@ impl Elastic {
             stiffness: material.stiffness(),
             linear: matches!(material.law(), Law::Linear(_)),
             inverted: None,
+            positive: false,
             constants: Constants::new(&lattice, volume),
             correction: Correction::default(),
             lattice,

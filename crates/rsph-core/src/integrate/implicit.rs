@@ -146,14 +146,17 @@ impl Implicit {
             elastic.linearise_for_newton(t, 1.0, particles.column(Field::Displacement).values(), taken);
             let wanted = if is_linear { goal } else { (FORCING * size).max(0.5 * goal) };
             let so_far = solver.applications();
-            let outcome = solver.solve(
-                elastic,
-                Scales { mass: 1.0, stiffness: c * c, damping: c },
-                &self.force,
-                &mut self.acceleration,
-                Goal { residual: wanted, iterations: MAX_ITERATIONS },
-                &mut |_, residual| residual.is_finite(),
-            );
+            let scales = Scales { mass: 1.0, stiffness: c * c, damping: c };
+            let goal = Goal { residual: wanted, iterations: MAX_ITERATIONS };
+            let mut watch = |_: usize, residual: f64| residual.is_finite();
+            let (force, acceleration) = (&self.force, &mut self.acceleration);
+            let mut outcome = solver.solve(elastic, scales, force, acceleration, goal, &mut watch);
+            if !outcome.converged && !is_linear {
+                // The smoother has aged.
+                solver.refresh(elastic);
+                acceleration.fill(0.0);
+                outcome = solver.solve(elastic, scales, force, acceleration, goal, &mut watch);
+            }
             applications += solver.applications() - so_far + 1;
             if !outcome.converged {
                 return Err((

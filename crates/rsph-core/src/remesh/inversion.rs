@@ -1,4 +1,4 @@
-//! Remeshing a solid at large strain by inverting its map: for every new node p the place xi on the old
+//! Remeshing a body in the plane by inverting its map: for every new node p the place xi on the old
 //! lattice from which the motion x(xi) leads to p, and there the reference position and the velocity.
 //!
 //! Interpolation by Eq. (17) from the deformed places would not do: the weights of a strongly stretched set

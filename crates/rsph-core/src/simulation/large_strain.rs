@@ -47,7 +47,7 @@ impl<const D: usize> LargeSolid<D> {
     /// The first input that can not be simulated.
     pub fn parts(setup: &Setup) -> Result<Parts, InvalidInput> {
         check(setup)?;
-        only_rk4(setup, "a material for large strain")?;
+        only_rk4(setup, "a body in the plane")?;
         let (mut body, sampled) = LargeBody::<D>::sampled(setup)?;
         let reference = body.reference().to_vec();
         let displacement = setup.initial.displacement.at_all(&reference);

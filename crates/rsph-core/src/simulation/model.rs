@@ -48,7 +48,7 @@ pub(super) trait Model: DynClone + std::fmt::Debug + Send + Sync {
         Err(InvalidInput::new(
             "load",
             "",
-            "only the loads of a solid of small strain in the adjoint formulation can be replaced as it moves",
+            "only the loads of a solid in space in the adjoint formulation can be replaced as it moves",
             "give the loads a `ramp`, or start a new simulation",
         ))
     }

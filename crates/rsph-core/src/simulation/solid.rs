@@ -563,7 +563,7 @@ fn left_out(body: &Body, shape: &dyn Shape) -> Option<String> {
     })
 }
 
-/// A plane body, for which there is plane strain at large strain only.
+/// A plane body, which takes laws that are not linear only.
 ///
 /// # Errors
 /// `body.shape` when the body is plane.
@@ -574,7 +574,7 @@ pub(super) fn plane_body(setup: &Setup) -> Result<(), InvalidInput> {
     Err(InvalidInput::new(
         "body.shape",
         setup.shape.name(),
-        "is a plane body, which needs a material for large strain (plane strain)",
+        "is a plane body, which needs a law for any deformation (plane strain)",
         "take material.model = \"neo-hookean\", or a body in space such as a box",
     ))
 }

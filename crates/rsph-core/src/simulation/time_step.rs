@@ -101,7 +101,7 @@ pub(super) fn only_rk4(setup: &Setup, kind: &str) -> Result<(), InvalidInput> {
     Err(InvalidInput::new(
         "time.integrator",
         scheme.name(),
-        format!("is for solids of small strain, not for {kind}"),
+        format!("is for solids in space, not for {kind}"),
         "take `integrator = \"rk4\"` or leave it out",
     ))
 }

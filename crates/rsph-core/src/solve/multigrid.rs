@@ -59,13 +59,7 @@ impl Multigrid {
     /// The hierarchy for K alone (m = 0, c = 1).
     pub fn new(elastic: &mut Elastic) -> Self {
         let n = elastic.len();
-        let mut diagonal = diagonal_blocks(elastic);
-        for p in &elastic.fixed.particles {
-            for i in (0..3).filter(|&i| p.fix[i]) {
-                diagonal[p.particle].set_row(i, &nalgebra::RowVector3::zeros());
-                diagonal[p.particle].set_column(i, &Vec3::zeros());
-            }
-        }
+        let diagonal = free_diagonal(elastic);
         let transfer = Transfer::new(elastic);
         let mut levels = vec![first_level(elastic, &transfer)];
         let mut coarsenings = Vec::new();
@@ -100,6 +94,14 @@ impl Multigrid {
             level.set_scales(mass, stiffness);
         }
         self.direct = self.levels.last().and_then(Direct::new);
+    }
+
+    /// Makes its smoother that of the tangent about the present state of `elastic`, with m = 0, c = 1; the coarse levels stay those
+    /// of the undeformed body.
+    pub fn refresh(&mut self, elastic: &mut Elastic) {
+        self.diagonal = free_diagonal(elastic);
+        self.jacobi = Jacobi::new(&self.diagonal, &self.mass, (0.0, 1.0));
+        self.estimate_largest(elastic);
     }
 
     /// Number of unknowns of every level, the particles first.
@@ -181,6 +183,18 @@ impl Multigrid {
             }
         }
     }
+}
+
+/// The diagonal blocks of K, without what is held.
+fn free_diagonal(elastic: &Elastic) -> Vec<Mat3> {
+    let mut diagonal = diagonal_blocks(elastic);
+    for p in &elastic.fixed.particles {
+        for i in (0..3).filter(|&i| p.fix[i]) {
+            diagonal[p.particle].set_row(i, &nalgebra::RowVector3::zeros());
+            diagonal[p.particle].set_column(i, &Vec3::zeros());
+        }
+    }
+    diagonal
 }
 
 /// Ratio of the moduli of pressure and shear waves, (lambda + 2 mu) / mu.

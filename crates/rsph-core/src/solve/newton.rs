@@ -2,7 +2,7 @@
 //! body. Where whole steps do not lead to equilibrium they go as far as the potential falls, and where these do not either, loads
 //! are raised in steps.
 
-use super::cg::Goal;
+use super::cg::{Goal, Outcome};
 use super::stiff::StiffSolver;
 use super::sums::combine;
 use crate::dynamics::Scales;
@@ -10,10 +10,14 @@ use crate::dynamics::elastic::Elastic;
 
 /// Steps of one load step.
 const MAX_STEPS: usize = 15;
+/// Steps where the potential is followed, which may be slow at first.
+const MAX_SEARCHING_STEPS: usize = 60;
 /// Iterations of one linear system.
 const MAX_ITERATIONS: usize = 1000;
 /// Largest residual of a linear system, as a share of its right-hand side.
 const FORCING: f64 = 0.01;
+/// Largest residual where the tangent is replaced by one that is positive.
+const STEEPEST: f64 = 0.1;
 /// Share of the decrease that the slope of the potential promises which a step must have.
 const SUFFICIENT: f64 = 1e-4;
 /// Halvings of a step; one that must be shorter is a sign of too large a load step.
@@ -201,7 +205,7 @@ impl<'a> Newton<'a> {
         let goal = tolerance * self.reference;
         let mut size = self.residual_at(share, u);
         let mut taken = None;
-        for _ in 0..MAX_STEPS {
+        for _ in 0..if searches { MAX_SEARCHING_STEPS } else { MAX_STEPS } {
             if size <= 2.0 * goal {
                 return Ok(());
             }
@@ -231,20 +235,19 @@ impl<'a> Newton<'a> {
         // The nearer, the more exact: quadratic convergence.
         let forcing = FORCING * (size / self.reference).min(1.0);
         let wanted = if is_linear { goal } else { (forcing * size).max(goal) };
-        let (done, reference) = (self.iterations, self.reference);
-        let mut stopped = false;
-        let outcome = self.solver.solve(
-            self.elastic,
-            Scales::STATIC,
-            &self.residual,
-            &mut direction,
-            Goal { residual: wanted, iterations: MAX_ITERATIONS },
-            &mut |k, r| {
-                stopped = !watch(done + k, r / reference);
-                r.is_finite() && !stopped
-            },
-        );
-        self.iterations += outcome.iterations;
+        let (mut outcome, mut stopped) = self.linear_solve(wanted, &mut direction, watch);
+        if !is_linear && !outcome.converged && !stopped {
+            // The smoother has aged.
+            self.solver.refresh(self.elastic);
+            direction.fill(0.0);
+            (outcome, stopped) = self.linear_solve(wanted, &mut direction, watch);
+        }
+        if !is_linear && !outcome.converged && !stopped {
+            // The tangent is not positive there.
+            self.elastic.make_tangent_positive(true);
+            direction.fill(0.0);
+            (outcome, stopped) = self.linear_solve(wanted.max(STEEPEST * size), &mut direction, watch);
+        }
         self.steps += 1;
         let ended = if stopped {
             Err(Trouble::Stopped)
@@ -255,6 +258,30 @@ impl<'a> Newton<'a> {
         };
         self.direction = direction;
         ended
+    }
+
+    /// Solves the tangent for the residual, starting from `direction`; says whether `watch` wants no more.
+    fn linear_solve(
+        &mut self,
+        wanted: f64,
+        direction: &mut [f64],
+        watch: &mut dyn FnMut(usize, f64) -> bool,
+    ) -> (Outcome, bool) {
+        let (done, reference) = (self.iterations, self.reference);
+        let mut stopped = false;
+        let outcome = self.solver.solve(
+            self.elastic,
+            Scales::STATIC,
+            &self.residual,
+            direction,
+            Goal { residual: wanted, iterations: MAX_ITERATIONS },
+            &mut |k, r| {
+                stopped = !watch(done + k, r / reference);
+                r.is_finite() && !stopped
+            },
+        );
+        self.iterations += outcome.iterations;
+        (outcome, stopped)
     }
 
     /// Adds `direction` to u, or as much of it as turns nothing inside out and, if it `searches`, as the potential falls by; returns

@@ -102,6 +102,15 @@ impl StiffSolver {
         outcome
     }
 
+    /// Smooths from now on by the positive tangent about the present state of `elastic`: a body that has turned or stretched far is
+    /// smoothed badly, or not at all, by that of the undeformed one.
+    pub fn refresh(&mut self, elastic: &mut Elastic) {
+        elastic.make_tangent_positive(true);
+        self.multigrid.refresh(elastic);
+        elastic.make_tangent_positive(false);
+        self.set_scales(self.scales);
+    }
+
     fn set_scales(&mut self, scales: Scales) {
         self.multigrid.set_scales(scales.mass, scales.of_stiffness(self.relaxation_time));
         self.scales = scales;

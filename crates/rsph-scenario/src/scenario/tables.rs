@@ -254,7 +254,7 @@ pub struct SolverTable {
     pub steps: usize,
     /// Form of the equations of motion. Default: "adjoint".
     pub formulation: FormulationName,
-    /// Smoothing length h in spacings dx. Default: 0.8 for a solid of small strain in the formulation
+    /// Smoothing length h in spacings dx. Default: 0.8 for a solid in space in the formulation
     /// "adjoint", else 1.25 as in the paper.
     pub smoothing: Option<f64>,
     /// Modulus of the hourglass term, which suppresses zigzags of single particles, as a multiple of its default; 0 switches it

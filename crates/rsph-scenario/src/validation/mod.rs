@@ -147,7 +147,7 @@ pub const CASES: &[Case] = &[
     ),
     case(
         "large_strain",
-        "large strain with and without remeshing: finite elements, energy, angular momentum",
+        "large strain, at rest and remeshed: finite elements, energy, angular momentum",
         "issue 3; shear: one and a half times a prototype",
         large_strain::run,
     ),

@@ -5,7 +5,7 @@ use super::Elastic;
 use super::correction::{GENERAL, SYMMETRIC};
 use crate::boundary::force_sums::ForceSums;
 use crate::dynamics::Scales;
-use crate::material::{Law, Material};
+use crate::material::{Law, Material, Stiffness};
 use crate::ops::PAIR_COMPONENTS;
 use crate::tensor::{Mat3, SymTensor};
 use crate::tiles::{Tile, Tiles};
@@ -18,6 +18,13 @@ use std::sync::atomic::{AtomicUsize, Ordering as Memory};
 #[inline(always)]
 fn matrix(field: &[Tile], (tile, lane): (usize, usize)) -> Mat3 {
     Mat3::from_fn(|i, j| field[tile * PAIR_COMPONENTS + 3 * i + j].0[lane])
+}
+
+/// F^-T C : sym(F^-1 dF).
+fn positive_change(stiffness: &Stiffness, f: &Mat3, df: &Mat3) -> Mat3 {
+    let inverse = f.try_inverse().unwrap_or_else(Mat3::identity);
+    let strain = SymTensor::symmetric_part(&(inverse * df));
+    inverse.transpose() * stiffness.stress(strain).to_matrix()
 }
 
 /// Component of the state of the tangent that multiplies F.
@@ -157,11 +164,19 @@ impl Elastic {
         }
         std::mem::swap(&mut state, &mut self.work.pair);
         self.work.state = state;
+        self.positive = false;
+    }
+
+    /// Replaces the tangent, until the next state, by the positive F^-T C : sym(F^-1 dF), C the stiffness of the undeformed
+    /// material: it turns with the body, knows its volume, and leaves the stress out; or takes this back.
+    pub fn make_tangent_positive(&mut self, positive: bool) {
+        self.positive = positive;
     }
 
     /// Takes the undeformed body as the state about which [`Elastic::apply`] is the tangent.
     pub fn linearise_undeformed(&mut self) {
         self.work.state = Vec::new();
+        self.positive = false;
     }
 
     /// Deformation gradient of particle `a` in the state of the tangent.
@@ -178,6 +193,7 @@ impl Elastic {
     pub(crate) fn stress_change(&self, a: usize, gradient: &Mat3) -> Mat3 {
         match self.material.law().finite_strain() {
             None => self.stiffness.stress(SymTensor::symmetric_part(gradient)).to_matrix(),
+            Some(_) if self.positive => positive_change(&self.stiffness, &self.state(a), gradient),
             Some(law) => law.tangent(&self.state(a), gradient),
         }
     }
@@ -196,10 +212,13 @@ impl Elastic {
         }
         let (stiffness, damping) = (scales.stiffness / total, scales.damping / total);
         let state = std::mem::take(&mut self.work.state);
-        let one = Mat3::identity();
+        let (one, undeformed, is_positive) = (Mat3::identity(), self.stiffness, self.positive);
         self.general_stress_sweep(|tiles, a, g| {
             let at = tiles.place(a);
             let f = if state.is_empty() { one } else { matrix(&state, at) * factor(&state, at) };
+            if is_positive {
+                return positive_change(&undeformed, &f, g);
+            }
             let elastic = law.tangent(&f, g) * stiffness;
             if damping > 0.0 { elastic + law.viscous_piola(&f, g) * damping } else { elastic }
         });
