@@ -51,6 +51,7 @@ pub trait Material: Debug + Send + Sync {
 
 /// Stress as a function of the deformation gradient F = dx/dX = 1 + grad u and its rate.
 #[derive(Clone, Copy, Debug)]
+#[allow(clippy::large_enum_variant, reason = "one at a time, on the stack of a sweep")]
 pub enum Law<'a> {
     /// sigma = C : (e + T de/dt), e = sym grad u, Eq. (5).
     Linear(Stiffness),
@@ -74,6 +75,15 @@ impl<'a> Law<'a> {
             Self::FiniteStrain(law) => Stiffness::of(|strain| {
                 SymTensor::symmetric_part(&law.tangent(&Mat3::identity(), &strain.to_matrix()))
             }),
+        }
+    }
+
+    /// Energy per undeformed volume (J/m^3) at this displacement gradient; infinite where the body is turned inside out.
+    #[inline]
+    pub fn energy_density(&self, gradient: &Mat3) -> f64 {
+        match self {
+            Self::Linear(stiffness) => stiffness.energy_density(SymTensor::symmetric_part(gradient)),
+            Self::FiniteStrain(law) => law.energy(&(Mat3::identity() + gradient)),
         }
     }
 

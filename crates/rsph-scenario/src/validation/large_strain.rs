@@ -1,6 +1,7 @@
 //! Solids at large strain, with and without remeshing: a cube and a plane block at rest against finite
 //! elements, a disc and a ball that spin freely.
 
+mod liver;
 mod rest;
 mod spin;
 
@@ -27,6 +28,9 @@ const BLOCK_EXTENSION: f64 = 0.405546;
 pub(super) fn run(quick: bool, _folder: &Path) -> Result<Vec<Row>, String> {
     let mut rows = rest::cube(quick)?;
     rows.extend(rest::block(quick)?);
+    if super::liver::is_there() {
+        liver::rows(quick, &mut rows)?;
+    }
     rows.extend(spin::disc(quick)?);
     rows.extend(spin::ball(quick)?);
     if !quick {

@@ -3,7 +3,7 @@
 
 pub(super) mod case;
 mod hourglass;
-mod livers;
+pub(super) mod livers;
 mod local_load;
 mod meshes;
 mod walls;

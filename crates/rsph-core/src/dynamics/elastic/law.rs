@@ -5,7 +5,7 @@ use super::Elastic;
 use super::correction::{GENERAL, SYMMETRIC};
 use crate::boundary::force_sums::ForceSums;
 use crate::dynamics::Scales;
-use crate::material::{Law, Material, Stiffness};
+use crate::material::Stiffness;
 use crate::ops::PAIR_COMPONENTS;
 use crate::tensor::{Mat3, SymTensor};
 use crate::tiles::{Tile, Tiles};
@@ -243,15 +243,6 @@ impl Elastic {
         (0..self.len()).map(|a| (a, jacobian(a))).min_by(|p, q| p.1.total_cmp(&q.1))
     }
 
-    /// Elastic energy density of the deformation with this displacement gradient.
-    pub(super) fn energy_density<'a>(material: &'a dyn Material) -> impl Fn(&Mat3) -> f64 + Sync + 'a {
-        let law = material.law();
-        move |g: &Mat3| match law {
-            Law::Linear(stiffness) => stiffness.energy_density(SymTensor::symmetric_part(g)),
-            Law::FiniteStrain(law) => law.energy(&(Mat3::identity() + g)),
-        }
-    }
-
     /// Strain and Cauchy stress of every particle, component by component (6 n values each), at time `t`; with v = 0 the stress
     /// at rest.
     pub(super) fn strain_and_stress(&mut self, t: f64, u: &[f64], v: &[f64]) -> [Vec<f64>; 2] {
@@ -321,13 +312,13 @@ impl Elastic {
     pub fn elastic_energy(&mut self, t: f64, share: f64, u: &[f64]) -> f64 {
         self.spread_share(t, share, u);
         let (material, kappa) = (Arc::clone(&self.material), self.hourglass);
-        let energy_density = Self::energy_density(&*material);
+        let law = material.law();
         self.visit_sums(|_, _, sums, _| {
             // Energy of the one-sided residual u_b - u_a - G_a X; pairs of particles count from both sides.
             // G M G^T = G H^T for H = G M, where L is the (pseudo-)inverse of M.
             let residual = -2.0 * sums.value.dot(&sums.laplacian) - sums.gradient.dot(&sums.first);
             let mut out = [0.0; PAIR_COMPONENTS];
-            out[0] = sums.moments.volume * (energy_density(&sums.deformation) + 0.5 * kappa * residual);
+            out[0] = sums.moments.volume * (law.energy_density(&sums.deformation) + 0.5 * kappa * residual);
             out
         });
         let of_particles: f64 = (0..self.len())
