@@ -2,11 +2,12 @@
 
 use nalgebra::Rotation3;
 use rsph_core::material::NeoHookean;
-use rsph_core::region::Region;
+use rsph_core::particles::Field;
+use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Fix, Initial, Integration, Load, LoadKind, Mechanics, Ramp, Remesh, Setup, Solver, TimeStep,
-    Units,
+    Boundary, Fix, Initial, Integration, Load, LoadKind, Mechanics, Probe, Quantity, Ramp, Remesh, Setup,
+    Solver, TimeStep, Units,
 };
 use rsph_core::shape::{BoxShape, MeshShape, Shape};
 use rsph_core::simulation::Simulation;
@@ -51,5 +52,39 @@ fn a_nearly_incompressible_cube_stretches_like_finite_elements() {
         println!("nu = {nu}: {:.3} %, {} steps, {} iterations", 100.0 * error, found.steps, found.iterations);
         assert!(error.abs() < 7e-3, "nu = {nu}: {error}");
         assert!(found.residual < 2e-6 && (found.reaction + found.load).norm() < 1e-5);
+    }
+}
+
+/// A slender cantilever under an end load P with P L^2 / (E I) = 2, under which an inextensible rod moves by 0.4935 L across and
+/// its end by 0.1606 L back (Bisshopp and Drucker, Q. Appl. Math. 3, 1945).
+#[test]
+fn a_rod_bends_far_without_false_strain() {
+    let (length, edge, young_modulus) = (10.0_f64, 1.0_f64, 1200.0);
+    let force = 2.0 * young_modulus * edge.powi(4) / 12.0 / (length * length);
+    let plane = |at: f64, side: Side| Region::Plane { axis: Axis::X, at, side };
+    for model in ["corotated", "neo-hookean", "st-venant-kirchhoff"] {
+        let material = (rsph_core::material::model(model).unwrap().build)(&[1.0, young_modulus, 0.3, 0.0]);
+        let end = plane(length, Side::Above);
+        let kind = LoadKind::Traction { region: end.clone(), traction: force / (edge * edge) * Vec3::z() };
+        let probe = Probe {
+            name: "end".into(),
+            quantity: Quantity { field: Field::Displacement, component: None },
+            region: end,
+        };
+        let mut rod = Simulation::new(Setup {
+            shape: Arc::new(BoxShape::new(Vec3::new(length, edge, edge), Vec3::zeros()).unwrap()),
+            resolution: Resolution::Spacing(edge / 6.0),
+            material: material.unwrap(),
+            boundaries: vec![Boundary { region: plane(0.0, Side::Below), fix: Fix::ALL, motion: None }],
+            loads: vec![Load { kind, ramp: Ramp::default() }],
+            probes: vec![probe],
+            ..turned_cube(3, 0.3, 1.0).setup().clone()
+        })
+        .unwrap();
+        rod.solve_static(1.0, &mut |_, _| true).unwrap();
+        let end: Vec<f64> = rod.readings().iter().map(|r| r.value / length).collect();
+        println!("{model}: {end:?}");
+        assert!((end[2] / 0.4935 - 1.0).abs() < 0.03, "{model}: {end:?}");
+        assert!((end[0] / -0.1606 - 1.0).abs() < 0.06, "{model}: {end:?}");
     }
 }
