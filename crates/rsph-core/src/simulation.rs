@@ -25,7 +25,7 @@ use crate::error::{Failure, FailureKind, InvalidInput};
 use crate::integrate::chebyshev::RungeKuttaChebyshev;
 use crate::integrate::implicit::{self, Implicit};
 use crate::integrate::{Integrator, RungeKutta4};
-use crate::particles::Particles;
+use crate::particles::{Field, Particles};
 use crate::pool::awake;
 use crate::setup::{Integration, Load, Mechanics, RemeshTrigger, Scheme, Setup, TimeStep};
 use crate::snapshot::Snapshot;
@@ -451,6 +451,7 @@ impl Simulation {
                 "leave it out",
             ));
         };
+        elastic.linearise(self.time, self.particles.column(Field::Displacement).values());
         let limit = step_limit(elastic);
         let pace = choose_pace(&setup, &limit, true)?;
         self.description.scheme = pace.scheme;
@@ -463,10 +464,11 @@ impl Simulation {
         Ok(())
     }
 
-    /// K u of a displacement field (component by component), in newtons, held components zero; `None` if
-    /// the body has no stiffness.
+    /// K u of a displacement field (component by component), in newtons, held components zero, K the tangent stiffness of this
+    /// moment; `None` if the body has no stiffness.
     pub fn stiffness(&mut self, u: &[f64]) -> Option<Vec<f64>> {
         let elastic = self.model.dynamics_mut().elastic()?;
+        elastic.linearise(self.time, self.particles.column(Field::Displacement).values());
         let mut free = u.to_vec();
         elastic.fixed.zero(&mut free, u.len() / 3);
         let mut force = vec![0.0; u.len()];

@@ -14,6 +14,9 @@ const LANCZOS_STEPS: usize = 40;
 /// margins cover eigenvalues in between and what Lanczos leaves open.
 const REAL_LIMIT: f64 = 2.78;
 const IMAGINARY_LIMIT: f64 = 2.6;
+/// Share of the limit that is allowed where stiffness changes with the strain: a body that is squeezed gets stiffer, up to the next
+/// remesh.
+const STEP_SAFETY: f64 = 0.6;
 /// Share of the limit that `dt = "auto"` takes.
 pub const SAFETY: f64 = 0.9;
 
@@ -30,13 +33,14 @@ pub struct StepLimit {
     pub viscous: bool,
 }
 
-/// dt_limit = min(2.78 / (T kappa), 2.6 / sqrt(kappa)).
+/// dt_limit = min(2.78 / (T kappa), 2.6 / sqrt(kappa)) about the state of the tangent, 0.6 of it where the law is not linear.
 pub fn step_limit(elastic: &mut Elastic) -> StepLimit {
     let relaxation_time = elastic.material.relaxation_time();
-    limit(largest_eigenvalue(elastic), relaxation_time)
+    let share = if elastic.is_linear() { 1.0 } else { STEP_SAFETY };
+    limit(largest_eigenvalue(elastic), relaxation_time, share)
 }
 
-/// The same for a body at large strain whose particles are at `x` at time 0.
+/// The limit of a body in the plane whose particles are at `x` at time 0.
 pub fn large_step_limit<const D: usize>(body: &mut LargeStrain<D>, x: &[Vec3]) -> StepLimit {
     let n = body.len();
     let (mut force, mut dx) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
@@ -52,12 +56,12 @@ pub fn large_step_limit<const D: usize>(body: &mut LargeStrain<D>, x: &[Vec3]) -
         }
         fixed.zero(f, n);
     });
-    limit(kappa, body.material.relaxation_time())
+    limit(kappa, body.material.relaxation_time(), STEP_SAFETY)
 }
 
-fn limit(kappa: f64, relaxation_time: f64) -> StepLimit {
-    let viscous = REAL_LIMIT / (relaxation_time * kappa);
-    let wave = IMAGINARY_LIMIT / kappa.sqrt();
+fn limit(kappa: f64, relaxation_time: f64, share: f64) -> StepLimit {
+    let viscous = share * REAL_LIMIT / (relaxation_time * kappa);
+    let wave = share * IMAGINARY_LIMIT / kappa.sqrt();
     StepLimit { kappa, dt: viscous.min(wave), wave, viscous: viscous < wave }
 }
 

@@ -85,7 +85,7 @@ impl Surface {
 /// Strain and stress at a vertex of the surface, read with the traction there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VertexStrain {
-    /// Outward normal of the undeformed surface.
+    /// Outward normal that normal and shear strain belong to: of the undeformed surface, of the deformed one where strain is ln V.
     pub normal: Vec3,
     /// Strain.
     pub strain: SymTensor,

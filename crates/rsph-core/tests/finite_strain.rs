@@ -3,11 +3,11 @@
 
 mod common;
 
-use common::{Noise, TestBody, body_of};
+use common::{Noise, TestBody, body_of, every_law};
 use nalgebra::Rotation3;
 use rsph_core::boundary::surface_load::{SurfacePoint, Traction};
 use rsph_core::dynamics::{Dynamics, Scales};
-use rsph_core::material::{Law, Material, REGISTRY};
+use rsph_core::material::{Law, Material};
 use rsph_core::particles::{Column, Field, Particles};
 use rsph_core::region::Region;
 use rsph_core::sample::Resolution;
@@ -18,22 +18,6 @@ use std::sync::Arc;
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// Every law of the registry, linear ones included, with E = 100, nu = 0.3, T = 0.2.
-fn laws() -> Vec<Arc<dyn Material>> {
-    let value = |key: &str| match key {
-        "young_modulus" => 100.0,
-        "poisson_ratio" => 0.3,
-        "relaxation_time" => 0.2,
-        _ => 1.0,
-    };
-    let build = |model: &rsph_core::material::Model| {
-        let values: Vec<f64> =
-            model.parameters.iter().map(|p| p.default.unwrap_or_else(|| value(p.key))).collect();
-        (model.build)(&values).unwrap()
-    };
-    REGISTRY.iter().map(build).collect()
 }
 
 /// A ball that is cut and clamped by an oblique plane.
@@ -71,7 +55,7 @@ fn deformed(body: &TestBody, seed: u64) -> Vec<f64> {
 
 #[test]
 fn the_force_is_minus_the_derivative_of_the_energy() {
-    for material in laws() {
+    for material in every_law(100.0) {
         for smoothing in [0.8, 1.25] {
             let mut body = held_ball(&material, smoothing);
             let n = 3 * body.positions.len();
@@ -95,7 +79,7 @@ fn the_force_is_minus_the_derivative_of_the_energy() {
 
 #[test]
 fn the_tangent_is_the_derivative_of_the_force_and_symmetric() {
-    for material in laws() {
+    for material in every_law(100.0) {
         let mut body = held_ball(&material, 0.8);
         let n = 3 * body.positions.len();
         let u = deformed(&body, 3);
@@ -127,7 +111,7 @@ fn the_tangent_is_the_derivative_of_the_force_and_symmetric() {
 
 #[test]
 fn damping_is_the_derivative_of_the_force_by_the_velocity() {
-    for material in laws() {
+    for material in every_law(100.0) {
         let mut body = held_ball(&material, 0.8);
         let n = body.positions.len();
         let u = deformed(&body, 3);
@@ -154,7 +138,7 @@ fn damping_is_the_derivative_of_the_force_by_the_velocity() {
 #[test]
 fn a_turned_body_is_free_of_force_and_strain() {
     let turn = *Rotation3::new(Vec3::new(0.3, -1.2, 2.0)).matrix();
-    for material in laws().into_iter().filter(|m| m.law().finite_strain().is_some()) {
+    for material in every_law(100.0).into_iter().filter(|m| m.law().finite_strain().is_some()) {
         let mut body = free_ball(&material);
         let n = body.positions.len();
         let u: Vec<Vec3> = body.positions.iter().map(|x| turn * x + Vec3::x() - x).collect();
@@ -175,7 +159,7 @@ fn a_turned_body_is_free_of_force_and_strain() {
 #[test]
 fn a_uniform_deformation_balances_its_nominal_tractions() {
     let f = Mat3::new(1.3, 0.2, -0.1, 0.05, 0.85, 0.15, -0.2, 0.1, 1.1);
-    for material in laws() {
+    for material in every_law(100.0) {
         let Law::FiniteStrain(law) = material.law() else { continue };
         let mut body = free_ball(&material);
         let n = body.positions.len();

@@ -88,3 +88,20 @@ fn a_rod_bends_far_without_false_strain() {
         assert!((end[0] / -0.1606 - 1.0).abs() < 0.06, "{model}: {end:?}");
     }
 }
+
+/// The stiffness is that of the present state, whatever Newton's method went through on its way there.
+#[test]
+fn the_stiffness_is_the_tangent_of_the_moment() {
+    let mut cube = turned_cube(5, 0.49, 3.0);
+    let n = cube.particles().len();
+    let x: Vec<f64> = (0..3 * n).map(|k| (k as f64).sin()).collect();
+    let undeformed = cube.stiffness(&x).unwrap();
+    cube.solve_static(1.0, &mut |_, _| true).unwrap();
+    let mut other = turned_cube(5, 0.49, 3.0);
+    other.set_state(&cube.state()).unwrap();
+    let deformed = cube.stiffness(&x).unwrap();
+    assert_eq!(deformed, other.stiffness(&x).unwrap());
+    let norm = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let change: Vec<f64> = deformed.iter().zip(&undeformed).map(|(a, b)| a - b).collect();
+    assert!(norm(&change) > 0.1 * norm(&undeformed));
+}

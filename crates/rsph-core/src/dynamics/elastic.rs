@@ -363,7 +363,8 @@ impl Dynamics for Elastic {
         let wants = |field| wanted.contains(&field);
         let u = particles.column(Field::Displacement).clone();
         let v = particles.column(Field::Velocity).clone();
-        let [strain, stress] = self.strain_and_stress(t, u.values(), v.values());
+        let wants_stress = wants(Field::Stress) || wants(Field::VonMises);
+        let [strain, stress] = self.strain_and_stress(t, u.values(), wants_stress.then(|| v.values()));
         if wants(Field::Strain) || wants(Field::Density) {
             // Eq. (1), integrated: d(ln rho)/dt = -tr(de/dt), and the trace of Hencky's strain is ln det F.
             let volume = particles.column(Field::Volume).values();
@@ -373,7 +374,7 @@ impl Dynamics for Elastic {
             particles.set(Field::Density, Column::from_vec(density, n));
             particles.set(Field::Strain, Column::from_vec(strain, n));
         }
-        if wants(Field::Stress) || wants(Field::VonMises) {
+        if wants_stress {
             let von_mises = |a: usize| SymTensor(std::array::from_fn(|c| stress[c * n + a])).von_mises();
             particles.set(Field::VonMises, Column::from_vec((0..n).map(von_mises).collect(), n));
             if wants(Field::Stress) {

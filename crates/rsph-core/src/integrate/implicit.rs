@@ -153,9 +153,11 @@ impl Implicit {
             let mut outcome = solver.solve(elastic, scales, force, acceleration, goal, &mut watch);
             if !outcome.converged && !is_linear {
                 // The smoother has aged.
-                solver.refresh(elastic);
+                let undeformed = solver.refresh(elastic);
                 acceleration.fill(0.0);
                 outcome = solver.solve(elastic, scales, force, acceleration, goal, &mut watch);
+                // What a checkpoint does not hold must not decide how later steps are rounded.
+                solver.put_back(undeformed);
             }
             applications += solver.applications() - so_far + 1;
             if !outcome.converged {

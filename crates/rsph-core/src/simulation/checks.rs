@@ -5,6 +5,7 @@ use super::model::Moment;
 use crate::error::{Failure, FailureKind, InvalidInput};
 use crate::material::Material;
 use crate::setup::{Scheme, Setup, Solver};
+use crate::tensor::Vec3;
 
 /// Share of the first time step below which remeshing may not bring it: such a run does not get anywhere.
 pub(super) const SHORTEST_STEP: f64 = 1e-3;
@@ -69,6 +70,20 @@ pub(super) fn with_cause(mut failure: Failure, setup: &Setup, d: &Description, d
         failure.remedy = "take `time.dt = \"auto\"`, and no `time.allow_unstable`".into();
     }
     failure
+}
+
+/// A particle, undeformed at `place`, that is turned inside out.
+pub(super) fn inverted(place: Vec3, moment: Moment) -> Failure {
+    Failure {
+        kind: FailureKind::Inverted,
+        time: moment.time,
+        step: moment.step,
+        what: "a particle was turned inside out (det F <= 0)".into(),
+        place: Some(place),
+        remedy:
+            "load or move the body more slowly or less far, take a smaller `time.dt`, or a smaller spacing"
+                .into(),
+    }
 }
 
 /// A remeshing that has changed the mass.

@@ -2,6 +2,7 @@
 //! shows.
 
 use super::Description;
+use super::checks;
 use super::model::{Model, Moment, Parts};
 use super::remeshing::Relaid;
 use super::time_step::{choose_step, only_rk4};
@@ -19,14 +20,10 @@ use crate::observe::{Reading, TaggedProbe};
 use crate::particles::{Column, Field, Particles};
 use crate::setup::{Formulation, Probe, Scheme, Setup};
 use crate::snapshot::Snapshot;
-use crate::stability::{StepLimit, large_step_limit};
+use crate::stability::large_step_limit;
 use crate::state::State;
 use crate::surface::Surface;
 use crate::tensor::Vec3;
-
-/// Share of the undeformed body's limit of the time step that is allowed: a body that is squeezed gets stiffer
-/// and finer, up to the next remesh.
-const ROOM: f64 = 0.6;
 
 /// A solid at large strain in `D` dimensions.
 #[derive(Clone, Debug)]
@@ -61,7 +58,6 @@ impl<const D: usize> LargeSolid<D> {
                 "take a smaller displacement",
             ));
         }
-        let limit = StepLimit { dt: ROOM * limit.dt, ..limit };
         let (dt, notes) = choose_step(setup, &limit)?;
         let tagged = tag_probes(&body, setup)?;
         let surface_weights = body.weights(Degree::Quadratic, &sampled.surface.vertices);
@@ -119,16 +115,7 @@ impl<const D: usize> Model for LargeSolid<D> {
 
     fn disorder(&self, particles: &Particles, moment: Moment) -> Option<Failure> {
         let particle = self.body.dynamics.inverted()?;
-        Some(Failure {
-            kind: FailureKind::Inverted,
-            time: moment.time,
-            step: moment.step,
-            what: "a particle was turned inside out (det F <= 0)".into(),
-            place: Some(particles.column(Field::Reference).vector(particle)),
-            remedy: "load or move the body more slowly or less far, take a smaller `time.dt`, or a smaller \
-                     spacing"
-                .into(),
-        })
+        Some(checks::inverted(particles.column(Field::Reference).vector(particle), moment))
     }
 
     fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<Relaid, Failure> {

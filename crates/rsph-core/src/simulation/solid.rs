@@ -9,6 +9,7 @@ mod surface_reading;
 
 use super::Description;
 use super::balance::{momentum, total_mass};
+use super::checks;
 use super::model::{Model, Moment, Parts};
 use super::remeshing::Relaid;
 use super::time_step::choose_pace;
@@ -19,7 +20,7 @@ use crate::boundary::tag;
 use crate::dynamics::Dynamics;
 use crate::dynamics::elastic::Elastic;
 use crate::dynamics::paper::Paper;
-use crate::error::{Failure, FailureKind, InvalidInput};
+use crate::error::{Failure, InvalidInput};
 use crate::mesh::TriangleMesh;
 use crate::mls::{Cloud, GradientFit, PointWeights};
 use crate::observe::{Reading, TaggedProbe};
@@ -28,7 +29,7 @@ use crate::sample::{Body, sample};
 use crate::setup::{Formulation, Load, Probe, RemeshTrigger, Setup, VectorField};
 use crate::shape::Shape;
 use crate::snapshot::Snapshot;
-use crate::stability::{StepLimit, step_limit};
+use crate::stability::step_limit;
 use crate::state::State;
 use crate::surface::Surface;
 use crate::tensor::{Mat3, Vec3};
@@ -195,7 +196,7 @@ impl Solid {
                 "take a smaller displacement",
             ));
         }
-        let limit = safe_limit(&mut elastic);
+        let limit = step_limit(&mut elastic);
         let pace = choose_pace(setup, &limit, !is_paper)?;
         let description = Description {
             particles: n,
@@ -313,7 +314,7 @@ impl Solid {
             dropped_mass: 0.0,
             momentum_correction: lost.norm(),
             rescaling: anew.rescaling,
-            limit: Some(safe_limit(&mut elastic)),
+            limit: Some(step_limit(&mut elastic)),
         };
         Ok((relaid, laid, elastic))
     }
@@ -342,16 +343,7 @@ impl Model for Solid {
     fn disorder(&self, particles: &Particles, moment: Moment) -> Option<Failure> {
         let Matter::Adjoint(elastic) = &self.matter else { return None };
         let particle = elastic.inverted()?;
-        Some(Failure {
-            kind: FailureKind::Inverted,
-            time: moment.time,
-            step: moment.step,
-            what: "a particle was turned inside out (det F <= 0)".into(),
-            place: Some(particles.column(Field::Reference).vector(particle)),
-            remedy: "load or move the body more slowly or less far, take a smaller `time.dt`, or a smaller \
-                     spacing"
-                .into(),
-        })
+        Some(checks::inverted(particles.column(Field::Reference).vector(particle), moment))
     }
 
     fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<Relaid, Failure> {
@@ -524,17 +516,6 @@ fn restore_spin(wanted: Vec3, particles: &mut Particles) {
             (0..3).for_each(|i| velocity[i * n + a] += turn[i]);
         }
     }
-}
-
-/// Share of the limit of the time step that is allowed where stiffness changes with the strain: a body that is squeezed gets
-/// stiffer, up to the next remesh.
-const STEP_SAFETY: f64 = 0.6;
-
-/// The limit of the time step, about the state of the tangent.
-fn safe_limit(elastic: &mut Elastic) -> StepLimit {
-    let limit = step_limit(elastic);
-    let share = if elastic.is_linear() { 1.0 } else { STEP_SAFETY };
-    StepLimit { dt: share * limit.dt, wave: share * limit.wave, ..limit }
 }
 
 /// A remeshing that failed, as the end of a simulation.

@@ -71,15 +71,16 @@ impl Simulation {
         let mut newton = Newton::new(elastic, t);
         let ended = newton.solve(TOLERANCE, &mut u, watch);
         let residual = newton.residual_at(1.0, &u) / newton.reference;
+        let load = newton.elastic.load_at(t);
         let found = Equilibrium {
             iterations: newton.iterations,
             steps: newton.steps,
             applications: newton.solver.applications(),
             residual: if newton.reference > 0.0 { residual } else { 0.0 },
-            compliance: newton.elastic.load_at(t).iter().zip(&u).map(|(f, u)| f * u).sum(),
+            compliance: load.iter().zip(&u).map(|(f, u)| f * u).sum(),
             ..Equilibrium::default()
         };
-        let sums = newton.elastic.sums_at_rest(&newton.elastic.load_at(t), &newton.force);
+        let sums = newton.elastic.sums_at_rest(&load, &newton.force);
         let found = Equilibrium { load: sums.load, reaction: sums.reaction, ..found };
         let mut trouble = ended.err().map(|_| {
             fail(

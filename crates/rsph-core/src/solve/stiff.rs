@@ -104,11 +104,19 @@ impl StiffSolver {
 
     /// Smooths from now on by the positive tangent about the present state of `elastic`: a body that has turned or stretched far is
     /// smoothed badly, or not at all, by that of the undeformed one.
-    pub fn refresh(&mut self, elastic: &mut Elastic) {
+    /// Returns the hierarchy of before.
+    pub fn refresh(&mut self, elastic: &mut Elastic) -> Multigrid {
+        let before = self.multigrid.clone();
         elastic.make_tangent_positive(true);
         self.multigrid.refresh(elastic);
         elastic.make_tangent_positive(false);
         self.set_scales(self.scales);
+        before
+    }
+
+    /// Takes back a hierarchy that [`refresh`](Self::refresh) has replaced.
+    pub fn put_back(&mut self, multigrid: Multigrid) {
+        self.multigrid = multigrid;
     }
 
     fn set_scales(&mut self, scales: Scales) {

@@ -5,7 +5,7 @@ use rsph_core::boundary::constraints::Constraints;
 use rsph_core::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature};
 use rsph_core::dynamics::elastic::Elastic;
 use rsph_core::lattice::Lattice;
-use rsph_core::material::{KelvinVoigt, Material};
+use rsph_core::material::{KelvinVoigt, Material, Model, REGISTRY};
 use rsph_core::mls::Cloud;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::{Resolution, sample};
@@ -28,6 +28,22 @@ impl Noise {
     pub fn column(&mut self, n: usize) -> Vec<f64> {
         (0..n).map(|_| self.next()).collect()
     }
+}
+
+/// Every law of the registry with that Young's modulus, nu = 0.3, T = 0.2 where it has such parameters, else 1 or its defaults.
+pub fn every_law(young_modulus: f64) -> Vec<Arc<dyn Material>> {
+    let value = |key: &str| match key {
+        "young_modulus" => young_modulus,
+        "poisson_ratio" => 0.3,
+        "relaxation_time" => T,
+        _ => 1.0,
+    };
+    let build = |model: &Model| {
+        let values: Vec<f64> =
+            model.parameters.iter().map(|p| p.default.unwrap_or_else(|| value(p.key))).collect();
+        (model.build)(&values).unwrap()
+    };
+    REGISTRY.iter().map(build).collect()
 }
 
 /// Relaxation time of the test bodies.

@@ -243,14 +243,15 @@ impl Elastic {
         (0..self.len()).map(|a| (a, jacobian(a))).min_by(|p, q| p.1.total_cmp(&q.1))
     }
 
-    /// Strain and Cauchy stress of every particle, component by component (6 n values each), at time `t`; with v = 0 the stress
-    /// at rest.
-    pub(super) fn strain_and_stress(&mut self, t: f64, u: &[f64], v: &[f64]) -> [Vec<f64>; 2] {
+    /// Strain and Cauchy stress (Pa) of every particle, component by component (6 n values each), at time `t`; without v the stress
+    /// lacks its viscous part.
+    pub(super) fn strain_and_stress(&mut self, t: f64, u: &[f64], v: Option<&[f64]>) -> [Vec<f64>; 2] {
         let relaxation_time = self.material.relaxation_time();
-        let is_damped = relaxation_time > 0.0;
-        if is_damped {
+        let v = v.filter(|_| relaxation_time > 0.0);
+        if let Some(v) = v {
             self.take_rate(t, v);
         }
+        let is_damped = v.is_some();
         self.spread_displacement(t, u);
         let (material, rate) = (Arc::clone(&self.material), std::mem::take(&mut self.work.rate));
         let law = material.law();
