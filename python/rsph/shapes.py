@@ -23,6 +23,7 @@ __all__ = [
     "Mask",
     "Mesh",
     "Organ",
+    "Polygon",
     "Rectangle",
     "Shape",
     "Sphere",
@@ -174,6 +175,19 @@ class Disc(Shape):
         middle = _pair("body.shape.disc.centre", centre)
         self._shape = _rsph.Shape.disc(radius, middle)
         self._table = {"disc": {"radius": radius, "centre": middle}}
+
+
+class Polygon(Shape):
+    """The inside of a closed outline in the plane, for plane strain of thickness one.
+
+    Args:
+        points: its corners (m), shape (N, 2), in order around it.
+    """
+
+    def __init__(self, points: npt.ArrayLike) -> None:
+        corners = _table("body.shape.polygon.points", points, float, 2)
+        self._shape = _rsph.Shape.polygon(corners.tolist())
+        self._table = {"polygon": {"points": corners.tolist()}}
 
 
 class Organ(Shape):
@@ -373,7 +387,7 @@ def _indices(triangles: npt.ArrayLike) -> npt.NDArray[np.uint32]:
     return table.astype(np.uint32)
 
 
-def _table(key: str, values: npt.ArrayLike, dtype: Any) -> npt.NDArray[Any]:
+def _table(key: str, values: npt.ArrayLike, dtype: Any, columns: int = 3) -> npt.NDArray[Any]:
     try:
         table = np.asarray(values)
         exact = table.astype(dtype, casting="same_kind" if dtype is np.int64 else "unsafe")
@@ -381,13 +395,13 @@ def _table(key: str, values: npt.ArrayLike, dtype: Any) -> npt.NDArray[Any]:
         raise InputError(
             f"`{key}`: is no array of {'indices' if dtype is np.int64 else 'numbers'}",
             key=key,
-            remedy="give an array of shape (N, 3)",
+            remedy=f"give an array of shape (N, {columns})",
         ) from None
-    if exact.ndim != 2 or exact.shape[1] != 3:
+    if exact.ndim != 2 or exact.shape[1] != columns:
         raise InputError(
-            f"`{key}`: has the shape {exact.shape}, but one row of three is needed for each",
+            f"`{key}`: has the shape {exact.shape}, but one row of {columns} is needed for each",
             key=key,
             value=f"an array of shape {exact.shape}",
-            remedy="give an array of shape (N, 3)",
+            remedy=f"give an array of shape (N, {columns})",
         )
     return exact

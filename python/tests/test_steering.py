@@ -294,6 +294,7 @@ def test_a_running_simulation_is_not_pickled(sim):
         rsph.shapes.Cylinder(radius=0.5, height=1.0, axis="x"),
         rsph.shapes.Rectangle(size=(1, 2)),
         rsph.shapes.Disc(radius=1.0),
+        rsph.shapes.Polygon([(0, 0), (2, 0), (1, 1)]),
         rsph.shapes.Organ("kidney"),
         rsph.shapes.Mask(np.pad(np.ones((5, 5, 5), dtype=bool), 1), 0.1),
     ],

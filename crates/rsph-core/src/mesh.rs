@@ -4,6 +4,7 @@ mod cut;
 mod topology;
 
 pub use cut::CutMesh;
+pub(crate) use cut::filled;
 
 use crate::grid::Bounds;
 use crate::tensor::Vec3;
@@ -114,6 +115,24 @@ impl TriangleMesh {
     /// Index of the first triangle that names a vertex which is not there.
     pub fn first_bad_triangle(&self) -> Option<usize> {
         self.triangles.iter().position(|t| t.iter().any(|&v| v as usize >= self.vertices.len()))
+    }
+
+    /// Every triangle cut into four at the middles of its edges.
+    pub(crate) fn divided(&self) -> Self {
+        let mut new =
+            Self { vertices: self.vertices.clone(), triangles: Vec::with_capacity(4 * self.triangles.len()) };
+        let mut middles = HashMap::new();
+        for &[a, b, c] in &self.triangles {
+            let mut middle = |v: u32, w: u32| {
+                *middles.entry([v.min(w), v.max(w)]).or_insert_with(|| {
+                    new.vertices.push(0.5 * (self.vertices[v as usize] + self.vertices[w as usize]));
+                    new.vertices.len() as u32 - 1
+                })
+            };
+            let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+            new.triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+        new
     }
 
     /// The triangles for which `keep` is true, with their vertices.

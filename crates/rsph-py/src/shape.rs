@@ -8,7 +8,8 @@ use rsph_core::error::InvalidInput;
 use rsph_core::mesh::TriangleMesh;
 use rsph_core::region::Axis;
 use rsph_core::shape::{
-    self as core, BoxShape, CylinderShape, DiscShape, MeshShape, Placement, RectangleShape, Run, SphereShape,
+    self as core, BoxShape, CylinderShape, DiscShape, MeshShape, Placement, PolygonShape, RectangleShape,
+    Run, SphereShape,
 };
 use rsph_core::tensor::{Mat3, Vec3};
 use rsph_scenario::label_map::{Axes, read_label};
@@ -87,6 +88,12 @@ impl Shape {
     #[staticmethod]
     fn disc(radius: f64, centre: [f64; 2]) -> PyResult<Self> {
         Self::analytic(DiscShape::new(radius, centre))
+    }
+
+    /// A polygon in the plane.
+    #[staticmethod]
+    fn polygon(points: Vec<[f64; 2]>) -> PyResult<Self> {
+        Self::analytic(PolygonShape::new(&points))
     }
 
     /// An organ that the program builds itself.

@@ -99,7 +99,9 @@ impl LoadedScenario {
         let mechanics = motion::mechanics(doc, tables)?;
         let resolution = resolution(doc, &tables.body)?;
         let material = motion::material(doc, tables, &mechanics)?;
-        let plane = matches!(tables.body.shape, Some(ShapeTable::Rectangle { .. } | ShapeTable::Disc { .. }));
+        let plane = matches!(tables.body.shape, Some(
+            ShapeTable::Rectangle { .. } | ShapeTable::Disc { .. } | ShapeTable::Polygon { .. }
+        ));
         let remesh = motion::remesh(doc, tables, &mechanics, plane)?;
         let solver = solver(doc, &tables.solver, &mechanics, plane)?;
         let initial = |key: &str, table: &Option<FieldTable>| {

@@ -6,7 +6,8 @@ use crate::scenario::{
     AxesName, BodyTable, Document, KeyPath, LabelMapTable, LabelMapValue, ScenarioError, ShapeTable,
 };
 use rsph_core::shape::{
-    BoxShape, CylinderShape, DiscShape, MeshShape, RectangleShape, Shape, SphereShape, organ, voxel_shape,
+    BoxShape, CylinderShape, DiscShape, MeshShape, PolygonShape, RectangleShape, Shape, SphereShape, organ,
+    voxel_shape,
 };
 use rsph_core::tensor::Vec3;
 use std::path::Path;
@@ -84,6 +85,7 @@ fn of_table(doc: &Document, shape: &ShapeTable, base_dir: &Path) -> Result<Found
         ShapeTable::Rectangle { size, corner } => {
             plain(Arc::new(RectangleShape::new(*size, *corner).map_err(refused)?))
         }
+        ShapeTable::Polygon { points } => plain(Arc::new(PolygonShape::new(points).map_err(refused)?)),
         ShapeTable::Disc { radius, centre } => {
             plain(Arc::new(DiscShape::new(*radius, *centre).map_err(refused)?))
         }

@@ -6,6 +6,7 @@ mod part;
 
 use super::TriangleMesh;
 use crate::tensor::Vec3;
+pub(crate) use fill::filled;
 use part::Part;
 
 /// Error of a height above the plane, and the distance under which cut points count as one, as a

@@ -135,6 +135,11 @@ pub enum ShapeTable {
         #[serde(default)]
         centre: [f64; 2],
     },
+    /// A polygon in the plane, for plane strain (neo-hookean material).
+    Polygon {
+        /// Its corners (m), in order around it.
+        points: Vec<[f64; 2]>,
+    },
     /// An organ that the program builds itself: metres, x from its right end to its left, y up.
     Organ(OrganName),
     /// A triangle mesh.

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 /// Triangles that fill what the loops enclose and pass each edge of a loop in its direction.
 ///
 /// `None` if loops meet other than at common vertices, or enclose something twice.
-pub(super) fn filled(loops: &[Vec<u32>], flat: impl Fn(u32) -> [f64; 2]) -> Option<Vec<[u32; 3]>> {
+pub(crate) fn filled(loops: &[Vec<u32>], flat: impl Fn(u32) -> [f64; 2]) -> Option<Vec<[u32; 3]>> {
     let mut triangulation = ConstrainedDelaunayTriangulation::<Point2<f64>>::new();
     let mut handles = HashMap::new();
     let mut vertices = Vec::new();
