@@ -12,7 +12,7 @@ mod common;
 
 use common::remeshing::Remeshing;
 use common::sums::Sums;
-use common::{NARROW, WIDE, cube, cycle::Cycle, irregular::Irregular, run_step};
+use common::{NARROW, WIDE, cube, cycle::Cycle, run_step};
 use gungraun::{Callgrind, LibraryBenchmarkConfig, library_benchmark, library_benchmark_group, main};
 use rsph_core::remesh::Remeshed;
 use rsph_core::setup::Solver;
@@ -83,18 +83,6 @@ fn rk4_step(mut cube: Simulation) -> Simulation {
     black_box(cube)
 }
 
-fn irregular(hourglass: f64) -> (Irregular, f64) {
-    (warm(|| Irregular::new(EDGE), |pairs| pairs.update(hourglass)), hourglass)
-}
-
-#[library_benchmark(setup = irregular)]
-#[bench::neighbours_122(0.0)]
-#[bench::neighbours_122_hourglass(0.2)]
-fn pairs((mut pairs, hourglass): (Irregular, f64)) -> Irregular {
-    pairs.update(hourglass);
-    black_box(pairs)
-}
-
 fn remeshed() -> Remeshing {
     warm(|| Remeshing::new(EDGE), |cube| _ = cube.run())
 }
@@ -119,7 +107,7 @@ fn v_cycle(mut cycle: Cycle) -> Cycle {
 
 library_benchmark_group!(
     name = instructions,
-    benchmarks = [gradient, adjoint, right_hand_side, rk4_step, pairs, remesh, v_cycle]
+    benchmarks = [gradient, adjoint, right_hand_side, rk4_step, remesh, v_cycle]
 );
 main!(
     config = LibraryBenchmarkConfig::default().tool(Callgrind::with_args(["--cache-sim=no"])),

@@ -87,8 +87,8 @@ def pieces() -> list[dict]:
 
 
 def sums() -> list[dict]:
-    """Kernel sums, a V-cycle, neighbour pairs."""
-    return rates("sums", "20", "37", "58", "pairs", "37", "58")
+    """Kernel sums, a V-cycle."""
+    return rates("sums", "20", "37", "58")
 
 
 def solves() -> list[dict]:

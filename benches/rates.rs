@@ -1,15 +1,14 @@
 //! Speed as JSON, for scripts. `cargo bench -p rsph-core --bench rates -- cube 20 37 58` measures cubes of so many
-//! particles along an edge, `-- liver 50000` livers of about so many particles, `-- sums 37` the kernel sums alone and
-//! `-- pairs 37` those over neighbour pairs, in particle updates a second: an update is one right-hand side of one
-//! particle. `-- static 20000` takes livers to rest and `-- frames 5000` moves a load over them, in seconds. The best of
+//! particles along an edge, `-- neo_hookean 37` and `-- remeshed 37` the same of that law before and after a remesh,
+//! `-- liver 50000` livers of about so many particles and `-- sums 37` the kernel sums alone, in particle updates a
+//! second: an update is one right-hand side of one particle. `-- static 20000` takes livers to rest and `-- frames 5000` moves a load over them, in seconds. The best of
 //! what fits into a second counts: other programs can only make it slower. Rates are those of one thread and of all.
 
 mod common;
 
-use common::irregular::Irregular;
 use common::liver::{CYCLE, FRAME, liver, press};
 use common::sums::Sums;
-use common::{NARROW, WIDE, cube, cycle::Cycle, run_step};
+use common::{NARROW, WIDE, cube, cycle::Cycle, neo_hookean_cube, run_step};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use rsph_core::setup::{Scheme, Solver};
 use rsph_core::simulation::Simulation;
@@ -149,6 +148,15 @@ fn measure(pools: &Pools, body: &str, size: usize) -> Row {
                 row.add_steps(pools, neighbours, cube(size, solver));
             }
         }
+        "neo_hookean" | "remeshed" => {
+            for (solver, neighbours) in STENCILS {
+                let mut cube = neo_hookean_cube(size, solver);
+                if body == "remeshed" {
+                    cube.remesh().expect("a cube");
+                }
+                row.add_steps(pools, neighbours, cube);
+            }
+        }
         "liver" => {
             for (solver, neighbours) in STENCILS {
                 row.add_steps(pools, neighbours, liver(size, solver, Scheme::Rk4));
@@ -165,13 +173,7 @@ fn measure(pools: &Pools, body: &str, size: usize) -> Row {
         }
         "static" => add_rest(&mut row, liver(size, NARROW, Scheme::Sdirk2)),
         "frames" => add_frames(&mut row, liver(size, NARROW, Scheme::Sdirk2)),
-        "pairs" => {
-            let mut pairs = Irregular::new(size);
-            row.add("neighbours", pairs.neighbours());
-            row.add_rates("pairs", count, pools.best(|| pairs.update(0.0)));
-            row.add_rates("pairs_hourglass", count, pools.best(|| pairs.update(0.2)));
-        }
-        other => panic!("no body `{other}`: cube, liver, sums, pairs, static, frames"),
+        other => panic!("no body `{other}`: cube, neo_hookean, remeshed, liver, sums, static, frames"),
     }
     row
 }

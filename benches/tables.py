@@ -51,13 +51,8 @@ def pieces(results: dict) -> str:
     for key, name in NAMES.items():
         for (body, size), row in bodies.items():
             lines.append((name, "50k liver" if body == "liver" else f"{size}³ cube", row[key]))
-    for (body, size), row in by_body(results["sums"]["found"]).items():
-        if body == "pairs":
-            inside = f"{size}³, {row['neighbours']:.0f} on average"
-            lines.append(("pairs", inside, row["pairs"]))
-            lines.append(("pairs, hourglass term", inside, row["pairs_hourglass"]))
-        else:
-            lines.append(("V-cycle, 26 neighbours", f"{size}³ cube", row["v_cycle"]))
+    for (_, size), row in by_body(results["sums"]["found"]).items():
+        lines.append(("V-cycle, 26 neighbours", f"{size}³ cube", row["v_cycle"]))
     rows = [
         [name, body, million(one), million(best), f"{best / one:.2f}"]
         for name, body, (one, best) in lines

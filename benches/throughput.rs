@@ -8,7 +8,6 @@
 mod common;
 
 use common::cycle::Cycle;
-use common::irregular::Irregular;
 use common::liver::{FRAME, liver, press};
 use common::remeshing::Remeshing;
 use common::sums::Sums;
@@ -83,21 +82,6 @@ fn sampling(c: &mut Criterion) {
     }
 }
 
-/// The sums over neighbour pairs, gradient and its adjoint, without and with the hourglass term.
-fn irregular(c: &mut Criterion) {
-    let mut group = group(c, "irregular");
-    for n in [20, 37, 58_usize] {
-        let mut body = None;
-        group.throughput(Throughput::Elements(n.pow(3) as u64));
-        for (name, hourglass) in [("gradient and adjoint", 0.0), ("the same with hourglass", 0.2)] {
-            group.bench_function(format!("{name}, cube {n}"), |b| {
-                let body = body.get_or_insert_with(|| Irregular::new(n));
-                b.iter(|| body.update(hourglass));
-            });
-        }
-    }
-}
-
 /// The whole solve, hierarchy and all, from rest under one load to rest under the opposite one: from zero it
 /// would take the same iterations.
 fn statics(c: &mut Criterion) {
@@ -155,5 +139,5 @@ fn frames(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, sums, steps, irregular, remeshing, sampling, statics, frames);
+criterion_group!(benches, sums, steps, remeshing, sampling, statics, frames);
 criterion_main!(benches);

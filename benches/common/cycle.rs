@@ -41,8 +41,9 @@ impl Cycle {
         let fits = |places: &[Vec3]| places.iter().map(|x| cloud.fit_at(x)).collect();
         let particles = LoadedParticles { positions: &positions, fits: &fits };
         let held = |x: &Vec3, n: &Vec3| constraints.held_at(x, n);
-        let surface = SurfaceQuadrature::new(cube.surface(), spacing, &particles, &constraints.holds, &held);
-        let lattice = Lattice::new(&body.grid, &body.cells, 0.8);
+        let surface =
+            SurfaceQuadrature::new(cube.surface(), 3, spacing, &particles, &constraints.holds, &held);
+        let lattice = Lattice::new(&body.grid, &body.cells, 0.8, 3);
         let material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).expect("liver"));
         let hourglass = Solver::ACCURATE.hourglass_modulus(100.0);
         let mut elastic = Elastic::new(lattice, &body.volume, Fixed::default(), material, hourglass)

@@ -2,17 +2,16 @@
 #![allow(dead_code)]
 
 pub mod cycle;
-pub mod irregular;
 pub mod liver;
 pub mod remeshing;
 pub mod sums;
 
-use rsph_core::material::KelvinVoigt;
+use rsph_core::material::{KelvinVoigt, Material, NeoHookean};
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Fix, Initial, Integration, Load, LoadKind, Mechanics, Ramp, Remesh, Scheme, Setup, Solver,
-    TimeStep, Units,
+    Boundary, Fix, Initial, Integration, Load, LoadKind, Mechanics, Ramp, Remesh, RemeshTrigger, Scheme,
+    Setup, Solver, TimeStep, Units,
 };
 use rsph_core::shape::BoxShape;
 use rsph_core::simulation::Simulation;
@@ -25,12 +24,22 @@ pub const NARROW: Solver = Solver::ACCURATE;
 
 /// The tensile cube of section 5.2 with n^3 particles: clamped below, pulled above, RK4.
 pub fn cube(n: usize, solver: Solver) -> Simulation {
+    cube_of(n, solver, Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).expect("liver")), Remesh::default())
+}
+
+/// The same of a neo-Hookean solid, which can be remeshed.
+pub fn neo_hookean_cube(n: usize, solver: Solver) -> Simulation {
+    let remesh = Remesh { trigger: RemeshTrigger::Steps(u64::MAX), ..Remesh::default() };
+    cube_of(n, solver, Arc::new(NeoHookean::new(1.0, 100.0, 0.3, 0.2).expect("liver")), remesh)
+}
+
+fn cube_of(n: usize, solver: Solver, material: Arc<dyn Material>, remesh: Remesh) -> Simulation {
     let face = |at, side| Region::Plane { axis: Axis::Z, at, side };
     Simulation::new(Setup {
         units: Units::Normalised,
         shape: Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).expect("a unit cube")),
         resolution: Resolution::Spacing(1.0 / n as f64),
-        material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).expect("liver")),
+        material,
         initial: Initial::default(),
         boundaries: vec![Boundary { region: face(0.0, Side::Below), fix: Fix::ALL, motion: None }],
         loads: vec![Load {
@@ -38,7 +47,7 @@ pub fn cube(n: usize, solver: Solver) -> Simulation {
             ramp: Ramp::default(),
         }],
         mechanics: Mechanics::Solid,
-        remesh: Remesh::default(),
+        remesh,
         solver,
         time_step: TimeStep::Auto,
         integration: Integration { scheme: Scheme::Rk4, ..Integration::default() },

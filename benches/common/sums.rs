@@ -20,7 +20,7 @@ impl Sums {
     pub fn new(n: usize, smoothing: f64) -> Self {
         let grid = Grid { origin: Vec3::zeros(), spacing: 1.0 / n as f64, cells: [n; 3] };
         let cells: Vec<[usize; 3]> = (0..n.pow(3)).map(|a| [a % n, a / n % n, a / n / n]).collect();
-        let lattice = Lattice::new(&grid, &cells, smoothing);
+        let lattice = Lattice::new(&grid, &cells, smoothing, 3);
         let (mut q, mut pair) = (lattice.tiles.field(3), lattice.tiles.field(PAIR_COMPONENTS));
         let mut values = vec![0.0; PAIR_COMPONENTS * n.pow(3)];
         noise(&mut values);
@@ -39,7 +39,7 @@ impl Sums {
 
     /// Sums of Eq. (10).
     pub fn gradient(&mut self) {
-        ops::gradient_sums(&self.lattice, None, &self.q, &mut self.pair, None, &Plain);
+        ops::gradient_sums(&self.lattice, None, &self.q, &mut self.pair, [None, None], &Plain);
     }
 
     /// Sums of Eq. (12).

@@ -28,7 +28,6 @@ PACKAGES = [
 OURS = {
     "rsph": "right_hand_side_122",
     "rsph, whole RK4 steps": "rk4_122",
-    "rsph, neighbour pairs": "pairs",
 }
 PROGRAMS = {
     "Taichi, weights kept": ["taichi_csr.py"],
@@ -61,9 +60,9 @@ def python() -> str:
 
 
 def ours(edge: int, threads: int) -> dict:
-    """Our rates: right-hand side, steps, and the pairs of irregular sets."""
+    """Our rates: right-hand side and steps."""
     command = ["cargo", "bench", "--quiet", "--locked", "-p", "rsph-core", "--bench", "rates", "--"]
-    command += ["cube", str(edge), "pairs", str(edge)]
+    command += ["cube", str(edge)]
     env = {**os.environ, "RAYON_NUM_THREADS": str(threads)}
     out = subprocess.run(command, cwd=ROOT, env=env, check=True, stdout=subprocess.PIPE, text=True)
     rates: dict = {}

@@ -124,7 +124,7 @@ class Simulation:
         formulation: ``"adjoint"``, which is stable, or ``"paper"``, which is the paper's to the
             letter and is not.
         smoothing: smoothing length in spacings; by default 0.8 (1.25 with formulation
-            ``"paper"`` or a body in the plane).
+            ``"paper"``).
         hourglass: modulus of the hourglass term as a multiple of its default, 1; 0 switches it off.
         integrator: scheme of integration; ``"auto"`` is ``"rk4"``, or ``"sdirk2"`` where viscosity
             makes the steps of ``"rk4"`` more than 100 times shorter than waves do.

@@ -199,6 +199,8 @@ def main():
     solutions = {
         "tension": [tension(n, np.linspace(0.5, 3.5, 7)) for n in (24, 36)],
         "shear": [(basis, u) for _, basis, u in shear(10, (12, 14, 18, 22, 28, 36))],
+        # Straight on a fine mesh the path leads down to the folded minimum.
+        "shear_folded": [found[1:] for n in (28, 36) for found in shear(20, (n,))],
     }
     for name, found in solutions.items():
         coarse, fine = (sample(basis, u, points) for basis, u in found[-2:])

@@ -44,8 +44,10 @@ pub struct Lattice {
     pub particle_at: Vec<u32>,
     /// Cell of the padded box of every particle.
     cell_of: Vec<u32>,
-    /// Isotropic second moment sum_b dx^3 w X_x^2 of a full neighbourhood.
+    /// Second moment sum_b V_b w X_x^2 of a full neighbourhood, the same along every axis that is there.
     pub full_moment: f64,
+    /// 3, or 2 for a body in the plane z = 0, whose cells make up one layer.
+    pub dimension: usize,
     /// Cells around the grid, at least as far as the kernel reaches.
     pad: usize,
     /// Cells of the padded box.
@@ -53,15 +55,17 @@ pub struct Lattice {
 }
 
 impl Lattice {
-    /// The lattice of `grid` with particles in `cells` (x fastest order) and h = `smoothing` dx.
-    pub fn new(grid: &Grid, cells: &[[usize; 3]], smoothing: f64) -> Self {
+    /// The lattice of `grid` with particles in `cells` (x fastest order) and h = `smoothing` dx, of a body in space
+    /// (`dimension` 3) or in the plane (2), where `grid` is one layer of cells, which are of height one.
+    pub fn new(grid: &Grid, cells: &[[usize; 3]], smoothing: f64, dimension: usize) -> Self {
         let dx = grid.spacing;
-        let weights = Weights::new(dx, smoothing * dx);
+        let weights = Weights::new(dx, smoothing * dx, dimension);
         let pad = weights.cut.isqrt();
         let size = grid.cells.map(|n| n + 2 * pad);
         let reach = pad as isize;
+        let across = if dimension == 2 { 0 } else { reach };
         let (mut neighbours, mut full_moment) = (Vec::new(), 0.0);
-        for k in -reach..=reach {
+        for k in -across..=across {
             for j in -reach..=reach {
                 for i in -reach..=reach {
                     let square = (i * i + j * j + k * k) as usize;
@@ -70,7 +74,7 @@ impl Lattice {
                     }
                     let x = Vec3::new(i as f64, j as f64, k as f64) * dx;
                     let w = weights.by_square[square];
-                    full_moment += dx.powi(3) * w * x.x.powi(2);
+                    full_moment += dx.powi(dimension as i32) * w * x.x.powi(2);
                     let shift = (k * size[1] as isize + j) * size[0] as isize + i;
                     neighbours.push(Neighbour { shift, x, w });
                 }
@@ -93,6 +97,7 @@ impl Lattice {
             particle_at,
             cell_of,
             full_moment,
+            dimension,
             pad,
             size,
         }
@@ -101,6 +106,11 @@ impl Lattice {
     /// Number of particles.
     pub fn len(&self) -> usize {
         self.cell_of.len()
+    }
+
+    /// Volume of a cell, of height one in the plane.
+    pub fn cell_volume(&self) -> f64 {
+        self.spacing.powi(self.dimension as i32)
     }
 
     /// Whether there is no particle.

@@ -8,7 +8,6 @@
 pub mod boundary;
 pub mod dynamics;
 pub mod error;
-pub mod fit;
 pub mod flow;
 pub mod fluid;
 pub mod grid;

@@ -3,7 +3,6 @@
 //! V_b W(r - r_b, h) in Eq. (8), and make linear fields exact up to the surface. Gradients on the surface come from cubic
 //! fits.
 
-use crate::fit::LinearFit;
 use crate::kernel::QuarticSpline;
 use crate::neighbors::CellList;
 use crate::particles::Column;
@@ -38,6 +37,31 @@ pub struct Cloud<'a> {
     smoothing: f64,
     cells: CellList,
     sharp: bool,
+    /// 3, or 2 where all particles lie in the plane z = 0; then all points do.
+    dimension: usize,
+}
+
+/// A linear fit around a place: the value of a field f at y is p(y)^T M^-1 sum_a w_a p(x_a) f_a with
+/// p(x) = (1, (x - centre) / h) and M = sum_a w_a p(x_a) p(x_a)^T.
+#[derive(Clone, Debug)]
+pub struct LinearFit {
+    /// Its centre.
+    pub centre: Vec3,
+    /// Its length h.
+    pub h: f64,
+    /// M^-1; without rows and columns of directions that the points do not determine.
+    pub inverse: Matrix4<f64>,
+    /// Number of each point and w_a.
+    pub weights: Vec<(u32, f64)>,
+}
+
+impl LinearFit {
+    /// p(x).
+    #[inline]
+    pub fn basis(&self, x: &Vec3) -> Vector4<f64> {
+        let r = (x - self.centre) / self.h;
+        Vector4::new(1.0, r.x, r.y, r.z)
+    }
 }
 
 /// Weights of particles at a list of points (compressed rows).
@@ -130,7 +154,25 @@ impl<'a> Cloud<'a> {
     /// weighs little.
     pub fn new(positions: &'a [Vec3], volume: &'a [f64], spacing: f64) -> Self {
         let cells = CellList::new(positions, 1.25 * SMOOTHING * spacing);
-        Self { positions, volume, spacing, smoothing: SMOOTHING, cells, sharp: false }
+        Self { positions, volume, spacing, smoothing: SMOOTHING, cells, sharp: false, dimension: 3 }
+    }
+
+    /// The same in `dimension` dimensions: in the plane (2) volumes are of height one, and every point counts as the one
+    /// below or above it in the plane.
+    #[must_use]
+    pub fn in_dimension(self, dimension: usize) -> Self {
+        Self { dimension, ..self }
+    }
+
+    /// A point as the fits see it.
+    fn place(&self, x: &Vec3) -> Vec3 {
+        if self.dimension == 2 { Vec3::new(x.x, x.y, 0.0) } else { *x }
+    }
+
+    /// V_b W at the distance `d` of particle `b`; in the plane of a cell of the height dx.
+    fn weight(&self, kernel: &QuarticSpline<3>, b: usize, d: f64) -> f64 {
+        let height = if self.dimension == 2 { self.spacing } else { 1.0 };
+        kernel.value(d) * self.volume[b] * height
     }
 
     /// The same with weights for the surface of a body whose gradients have that smoothing length, in spacings.
@@ -161,6 +203,7 @@ impl<'a> Cloud<'a> {
     /// The linear fit around `x`: the particles that it rests on, and their moments. Its support grows until
     /// the fit is well posed.
     pub fn fit_at(&self, x: &Vec3) -> LinearFit {
+        let x = &self.place(x);
         let (dx, positions) = (self.spacing, self.positions);
         let mut h = self.smoothing * dx;
         let (growth, most) = GROWTH;
@@ -168,7 +211,7 @@ impl<'a> Cloud<'a> {
             let kernel = QuarticSpline::<3>::new(h);
             let weight = |a: usize, d: f64| {
                 let near = if self.sharp { (d / dx).powi(2) + SHARPNESS } else { 1.0 };
-                kernel.value(d) * self.volume[a] / near
+                self.weight(&kernel, a, d) / near
             };
             let mut fit = LinearFit { centre: *x, h, inverse: Matrix4::zeros(), weights: Vec::new() };
             let mut moment = Matrix4::zeros();
@@ -181,7 +224,8 @@ impl<'a> Cloud<'a> {
             }
             // A body of very few particles may have no well-posed fit at all: then the widest one stands.
             if attempt < most
-                && !(moment[(0, 0)] > SMALLEST_SUM && variance(&moment) * h * h > SMALLEST_VARIANCE * dx * dx)
+                && !(moment[(0, 0)] > SMALLEST_SUM
+                    && variance(&moment, self.dimension) * h * h > SMALLEST_VARIANCE * dx * dx)
             {
                 h *= growth;
                 continue;
@@ -212,12 +256,16 @@ impl<'a> Cloud<'a> {
     }
 }
 
-/// The smallest variance along any direction of the places whose moments these are.
-fn variance(moment: &Matrix4<f64>) -> f64 {
+/// The smallest variance along any direction of space or of the plane of the places whose moments these are.
+fn variance(moment: &Matrix4<f64>, dimension: usize) -> f64 {
     let sum = moment[(0, 0)];
     let mean = moment.fixed_view::<3, 1>(1, 0) / sum;
     let second = moment.fixed_view::<3, 3>(1, 1) / sum;
-    (second - mean * mean.transpose()).symmetric_eigenvalues().min()
+    let covariance = second - mean * mean.transpose();
+    if dimension == 2 {
+        return covariance.fixed_view::<2, 2>(0, 0).symmetric_eigenvalues().min();
+    }
+    covariance.symmetric_eigenvalues().min()
 }
 
 /// Smoothing length of cubic fits, in spacings: their support reaches 3.75.
@@ -265,6 +313,7 @@ fn cubic(r: &Vec3) -> SVector<f64, CUBIC> {
 impl Cloud<'_> {
     /// The fit around `x`, for the gradient there.
     pub fn gradient_fit(&self, x: &Vec3) -> GradientFit {
+        let x = &self.place(x);
         let fit = |h: f64, slopes| GradientFit { centre: *x, h, slopes };
         let h = CUBIC_SMOOTHING * self.spacing;
         if let Some(slopes) = slopes(self.moment(x, h, cubic)) {
@@ -315,6 +364,15 @@ impl Cloud<'_> {
             moment.syger(w, &p, &p, 1.0);
         });
         moment.fill_upper_triangle_with_lower_triangle();
+        if self.dimension == 2 {
+            // Terms with z, which are zero.
+            let one = moment[(0, 0)];
+            for i in 0..T {
+                if moment[(i, i)] == 0.0 {
+                    moment[(i, i)] = one;
+                }
+            }
+        }
         moment
     }
 
@@ -347,7 +405,7 @@ impl Cloud<'_> {
         let kernel = QuarticSpline::<3>::new(h);
         self.cells.visit_near(x, 2.5 * h, |a| {
             let r = self.positions[a as usize] - x;
-            let w = kernel.value(r.norm()) * self.volume[a as usize];
+            let w = self.weight(&kernel, a as usize, r.norm());
             if w > 0.0 {
                 visit(a as usize, w, &(r / h));
             }

@@ -37,9 +37,14 @@ impl Moments {
                 add(volume[b] * neighbour.w, &neighbour.x);
             }
         }
-        let correction = pseudo_inverse(&second, SMALLEST_MOMENT * lattice.full_moment);
+        let correction = inverse_moment(lattice, &second);
         Self { volume: volume[a], correction, first, zeroth }
     }
+}
+
+/// Inverse of a moment matrix on that lattice, without directions across which the body is a sliver.
+pub fn inverse_moment(lattice: &Lattice, second: &Mat3) -> Mat3 {
+    pseudo_inverse(second, SMALLEST_MOMENT * lattice.full_moment)
 }
 
 /// Pseudo-inverse of a symmetric matrix without eigenvalues below `smallest`.

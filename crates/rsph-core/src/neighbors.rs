@@ -103,28 +103,6 @@ impl CellList {
             radius = (2.0 * radius).min(reach);
         }
     }
-
-    /// The `k` points nearest to `x` (all if there are fewer) with their distances, nearest first.
-    pub fn nearest_of(&self, positions: &[Vec3], x: &Vec3, k: usize) -> Vec<(u32, f64)> {
-        let k = k.min(self.len());
-        let mut radius = self.width;
-        let mut found = Vec::new();
-        loop {
-            found.clear();
-            self.visit_near(x, radius, |b| {
-                let d = (positions[b as usize] - x).norm();
-                if d <= radius {
-                    found.push((b, d));
-                }
-            });
-            if found.len() >= k || !radius.is_finite() {
-                found.sort_by(|p, q| p.1.total_cmp(&q.1).then(p.0.cmp(&q.0)));
-                found.truncate(k);
-                return found;
-            }
-            radius *= 1.4;
-        }
-    }
 }
 
 /// Particles within a radius of each particle, itself excluded, in ascending order.
@@ -161,12 +139,6 @@ impl Pairs {
             starts.push(starts[starts.len() - 1] + row.len());
         }
         Self { starts, neighbours: rows.concat() }
-    }
-
-    /// Numbers of the pairs of particle `a` among all pairs.
-    #[inline(always)]
-    pub fn numbers(&self, a: usize) -> std::ops::Range<usize> {
-        self.starts[a]..self.starts[a + 1]
     }
 
     /// Neighbours of particle `a`.
@@ -211,10 +183,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn nearest_points_are_those_of_all(
+        fn the_nearest_point_is_that_of_all(
             points in prop::collection::vec(prop::array::uniform3(-2.0..2.0_f64), 1..60),
             x in prop::array::uniform3(-3.0..3.0_f64),
-            k in 1..70_usize,
         ) {
             let positions: Vec<Vec3> = points.into_iter().map(Vec3::from).collect();
             let (x, cells) = (Vec3::from(x), CellList::new(&positions, 0.3));
@@ -224,8 +195,6 @@ mod tests {
             let (nearest, d) = (all[0].0 as usize, all[0].1);
             prop_assert_eq!(cells.nearest(&positions, &x, 20.0), Some((nearest, d)));
             prop_assert_eq!(cells.nearest(&positions, &x, 0.99 * d), None);
-            all.truncate(k);
-            prop_assert_eq!(cells.nearest_of(&positions, &x, k), all);
         }
     }
 

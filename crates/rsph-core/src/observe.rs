@@ -3,6 +3,7 @@
 use crate::boundary::surface_load::quadrature;
 use crate::boundary::tag::no_particle;
 use crate::error::InvalidInput;
+use crate::mesh::TriangleMesh;
 use crate::mls::PointWeights;
 use crate::particles::{Evolution, Field, Particles};
 use crate::region::Region;
@@ -63,7 +64,7 @@ impl Weights {
 }
 
 impl TaggedProbe {
-    /// Finds what `probe` (number `index` in the list) reads: the particles in its region, weighted by
+    /// Finds what `probe` (number `index` in the list) reads of a body with that surface: the particles in its region, weighted by
     /// volume; if there are none, the particles around the surface or the point in it, by moving least
     /// squares.
     ///
@@ -72,7 +73,7 @@ impl TaggedProbe {
     pub fn new(
         index: usize,
         probe: &Probe,
-        shape: &dyn Shape,
+        (shape, surface): (&dyn Shape, &TriangleMesh),
         positions: &[Vec3],
         volume: &[f64],
         spacing: f64,
@@ -94,7 +95,7 @@ impl TaggedProbe {
             }
             tagged.points = vec![(*x, 1.0)];
         } else if inside.is_empty() {
-            tagged.points = quadrature(shape.surface(), 0.5 * spacing)
+            tagged.points = quadrature(surface, 0.5 * spacing)
                 .into_iter()
                 .filter(|p| probe.region.contains_on_surface(&p.x, &p.normal, tolerance))
                 .map(|p| (p.x, p.area))

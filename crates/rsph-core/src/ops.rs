@@ -29,14 +29,14 @@ pub const PAIR_COMPONENTS: usize = 12;
 /// Q = sum w q_b. It runs on several lanes of a tile at once, a particle a lane.
 pub trait Pointwise: Sync {
     /// Replaces the sums in the lanes from `lane` on of `tile` by its results, zero where there is no
-    /// particle. `side` are the components of the tile in a second field, if it has any.
+    /// particle. `sides` are the components of the tile in two more fields, as far as it has any.
     fn transform<S: Simd>(
         &self,
         simd: S,
         tile: usize,
         lane: usize,
         sums: &mut [S::f64s; PAIR_COMPONENTS],
-        side: &mut [Tile],
+        sides: [&mut [Tile]; 2],
     );
 }
 
@@ -52,7 +52,7 @@ impl Pointwise for Plain {
         _: usize,
         _: usize,
         _: &mut [S::f64s; PAIR_COMPONENTS],
-        _: &mut [Tile],
+        _: [&mut [Tile]; 2],
     ) {
     }
 }
@@ -83,15 +83,18 @@ pub fn gradient_sums(
     part: Option<&Part>,
     q: &[Tile],
     out: &mut [Tile],
-    side: Option<Side<'_>>,
+    sides: [Option<Side<'_>>; 2],
     pointwise: &impl Pointwise,
 ) {
-    let side = side.map_or_else(Results::none, |s| Results::new(Some(s.part), s.components, s.values));
+    let sides = sides.map(|side| match side {
+        Some(side) => Results::new(Some(side.part), side.components, side.values),
+        None => Results::none(),
+    });
     let sums = GradientSums { weights: &lattice.weights, part, q, pointwise };
-    for_each_block(lattice, part, [Results::new(None, PAIR_COMPONENTS, out), side], &sums);
+    for_each_block(lattice, part, Results::new(None, PAIR_COMPONENTS, out), sides, &sums);
 }
 
-/// [`Pointwise`] from a function of (particle, H, Q, side) for one particle at a time.
+/// [`Pointwise`] from a function of (particle, H, Q, sides) for one particle at a time.
 pub struct EachParticle<'a, F> {
     /// The particles.
     pub tiles: &'a Tiles,
@@ -101,7 +104,7 @@ pub struct EachParticle<'a, F> {
 
 impl<F> Pointwise for EachParticle<'_, F>
 where
-    F: Fn(usize, &Mat3, &Vec3, &mut [f64; MAX_SIDE]) -> [f64; PAIR_COMPONENTS] + Sync,
+    F: Fn(usize, &Mat3, &Vec3, &mut [[f64; MAX_SIDE]; 2]) -> [f64; PAIR_COMPONENTS] + Sync,
 {
     #[inline(always)]
     fn transform<S: Simd>(
@@ -110,8 +113,9 @@ where
         tile: usize,
         lane: usize,
         sums: &mut [S::f64s; PAIR_COMPONENTS],
-        side: &mut [Tile],
+        sides: [&mut [Tile]; 2],
     ) {
+        let mut sides = sides;
         let mut values = [[0.0; LANES]; PAIR_COMPONENTS];
         for (values, sum) in values.iter_mut().zip(sums.iter()) {
             S::as_mut_simd_f64s(&mut values[..S::F64_LANES]).0[0] = *sum;
@@ -124,10 +128,14 @@ where
                 let a = first + (mask & ((1 << at) - 1)).count_ones() as usize;
                 let h = Mat3::from_fn(|i, j| values[3 * i + j][l]);
                 let q = Vec3::from_fn(|i, _| values[9 + i][l]);
-                let mut beside = std::array::from_fn(|c| side.get(c).map_or(0.0, |tile| tile.0[at]));
+                let at_lane =
+                    |side: &&mut [Tile]| std::array::from_fn(|c| side.get(c).map_or(0.0, |tile| tile.0[at]));
+                let mut beside = sides.each_ref().map(at_lane);
                 result = (self.function)(a, &h, &q, &mut beside);
-                for (tile, value) in side.iter_mut().zip(beside) {
-                    tile.0[at] = value;
+                for (side, beside) in sides.iter_mut().zip(beside) {
+                    for (tile, value) in side.iter_mut().zip(beside) {
+                        tile.0[at] = value;
+                    }
                 }
             }
             for (values, result) in values.iter_mut().zip(result) {
@@ -145,7 +153,7 @@ where
 /// body, if there is one.
 pub fn adjoint_sums(lattice: &Lattice, part: Option<&Part>, t: &[Tile], out: &mut [Tile]) {
     let sums = AdjointSums { weights: &lattice.weights, part, t };
-    for_each_block(lattice, part, [Results::new(None, 3, out), Results::none()], &sums);
+    for_each_block(lattice, part, Results::new(None, 3, out), [Results::none(), Results::none()], &sums);
 }
 
 /// A field of `C` components that sums without an offset are taken of, and what becomes of them.
@@ -169,7 +177,7 @@ pub fn even_sums<const C: usize>(
     out: Results<'_>,
 ) {
     let sums = EvenSums::<_, C> { weights: &lattice.weights, part, field };
-    for_each_block(lattice, Some(part), [out, Results::none()], &sums);
+    for_each_block(lattice, Some(part), out, [Results::none(), Results::none()], &sums);
 }
 
 struct GradientSums<'a, P> {
@@ -182,7 +190,7 @@ struct GradientSums<'a, P> {
 impl<P: Pointwise> Sum for GradientSums<'_, P> {
     #[inline(always)]
     fn run<S: Simd, T: Stencil>(&self, simd: S, stencil: T, block: Block<'_>) {
-        let Block { tiles, column, planes, mut out, mut side } = block;
+        let Block { tiles, column, planes, mut out, mut sides } = block;
         let passes = Gradient { stencil, weights: self.weights, tiles, part: self.part, q: self.q };
         sweep(
             simd,
@@ -191,7 +199,8 @@ impl<P: Pointwise> Sum for GradientSums<'_, P> {
             planes,
             #[inline(always)]
             |t, lane, sums| {
-                self.pointwise.transform(simd, t, lane, sums, side.of(t));
+                let [first, second] = &mut sides;
+                self.pointwise.transform(simd, t, lane, sums, [first.of(t), second.of(t)]);
                 store::<S>(out.of(t), lane, sums);
             },
         );

@@ -9,8 +9,7 @@ use std::sync::Arc;
 /// Names of the columns that a set of particles can carry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Field {
-    /// Reference position X of the particle; its node of the lattice of the last remesh, or, in the plane,
-    /// its place in the undeformed body.
+    /// Reference position X of the particle: its place in the undeformed body.
     Reference,
     /// Displacement u = x - X.
     Displacement,
@@ -18,7 +17,7 @@ pub enum Field {
     Velocity,
     /// Mass m.
     Mass,
-    /// Volume V at the last remesh.
+    /// Volume V of the undeformed body that the particle stands for, of height one in the plane.
     Volume,
     /// Density rho, Eqs. (1), (11).
     Density,
@@ -30,8 +29,6 @@ pub enum Field {
     LevelSet,
     /// Von Mises' equivalent stress.
     VonMises,
-    /// Node of the lattice of the last remesh, where it is not the reference position (in the plane).
-    Node,
     /// Colour c: 1 inside a body that moves as told, 0 outside of it, Eqs. (8), (17); 1 in a fluid beside
     /// a solid, the characteristic function of Eq. (19).
     Colour,
@@ -88,7 +85,6 @@ pub const COLUMNS: &[ColumnSpec] = &[
     column(Field::Stress, "stress", 6, Evolution::Derived, Extensive::ByVolume, "Pa"),
     column(Field::LevelSet, "level_set", 1, Evolution::State, Extensive::ByVolume, "m"),
     column(Field::VonMises, "von_mises", 1, Evolution::Derived, Extensive::ByVolume, "Pa"),
-    column(Field::Node, "node", 3, Evolution::State, Extensive::ByMass, "m"),
     column(Field::Colour, "colour", 1, Evolution::State, Extensive::ByVolume, "1"),
     column(Field::Pressure, "pressure", 1, Evolution::State, Extensive::ByVolume, "Pa"),
 ];

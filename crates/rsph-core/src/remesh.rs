@@ -9,7 +9,6 @@ mod columns;
 mod fold;
 mod follow;
 mod gather;
-pub mod inversion;
 mod nodes;
 mod scatter;
 

@@ -75,8 +75,7 @@ fn volumes(shape: &dyn Shape, occupied: &occupy::Occupied) -> Vec<f64> {
     let cell = occupied.grid.spacing.powi(shape.dimension() as i32);
     let mut volume: Vec<f64> = occupied.share.iter().map(|s| s * cell).collect();
     let sum: f64 = volume.iter().sum();
-    let whole = if shape.dimension() == 3 { shape.surface().volume() } else { shape.volume() };
-    let wanted = whole - occupied.dropped_volume;
+    let wanted = shape.surface().volume() - occupied.dropped_volume;
     let in_cut: f64 =
         volume.iter().zip(&occupied.fraction).filter(|(_, f)| is_cut(**f)).map(|(v, _)| v).sum();
     let missing = wanted - sum;

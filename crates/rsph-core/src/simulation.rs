@@ -4,7 +4,6 @@
 mod balance;
 mod checks;
 mod fsi_1d;
-mod large_strain;
 mod model;
 mod prescribed;
 mod remeshing;
@@ -35,7 +34,6 @@ use crate::tensor::Vec3;
 use crate::watch::{Look, Watch};
 use balance::Balance;
 use fsi_1d::FluidBesideSolid;
-use large_strain::LargeSolid;
 use model::{Model, Moment, Parts};
 use prescribed::PrescribedBody;
 use remeshing::Remeshing;
@@ -162,11 +160,6 @@ impl Simulation {
     pub fn new(setup: Setup) -> Result<Self, InvalidInput> {
         checks::check_solver(&setup.solver)?;
         let parts = match &setup.mechanics {
-            Mechanics::Solid
-                if setup.shape.dimension() == 2 && setup.material.law().finite_strain().is_some() =>
-            {
-                LargeSolid::<2>::parts(&setup)?
-            }
             Mechanics::Solid => Solid::parts(&setup)?,
             Mechanics::Prescribed(prescription) => PrescribedBody::parts(&setup, prescription)?,
             Mechanics::Interaction(setting) => FluidBesideSolid::parts(&setup, setting)?,
@@ -385,6 +378,11 @@ impl Simulation {
             work: self.balance.work,
             smallest_jacobian: self.model.dynamics_mut().smallest_jacobian(time, &self.particles),
         };
+        let inverted = look.smallest_jacobian.filter(|(_, j)| *j <= 0.0);
+        if let (Some((particle, _)), Some(_)) = (inverted, self.setup.material.law().finite_strain()) {
+            let place = self.particles.column(Field::Reference).vector(particle);
+            return Err(self.fail(checks::inverted(place, Moment { time, step })));
+        }
         let result = self.watch.check(self.model.dynamics(), &self.particles, &look, time, step);
         result.map_err(|failure| self.fail(failure))
     }

@@ -3,9 +3,7 @@
 use crate::boundary::fixed::Fixed;
 use crate::dynamics::Scales;
 use crate::dynamics::elastic::Elastic;
-use crate::dynamics::large_strain::LargeStrain;
 use crate::solve::spectrum;
-use crate::tensor::Vec3;
 
 /// Lanczos steps; the largest eigenvalue of an SPH operator on a lattice is found to 0.1 % in about
 /// forty.
@@ -38,25 +36,6 @@ pub fn step_limit(elastic: &mut Elastic) -> StepLimit {
     let relaxation_time = elastic.material.relaxation_time();
     let share = if elastic.is_linear() { 1.0 } else { STEP_SAFETY };
     limit(largest_eigenvalue(elastic), relaxation_time, share)
-}
-
-/// The limit of a body in the plane whose particles are at `x` at time 0.
-pub fn large_step_limit<const D: usize>(body: &mut LargeStrain<D>, x: &[Vec3]) -> StepLimit {
-    let n = body.len();
-    let (mut force, mut dx) = (vec![Vec3::zeros(); n], vec![Vec3::zeros(); n]);
-    body.elastic_force(0.0, x, &mut force);
-    let (mass, fixed) = (body.mass.clone(), body.fixed.clone());
-    let kappa = largest(&mass, &fixed, &mut |u, f| {
-        for (a, dx) in dx.iter_mut().enumerate() {
-            *dx = Vec3::new(u[a], u[n + a], u[2 * n + a]);
-        }
-        body.tangent_force(&dx, &mut force);
-        for (a, force) in force.iter().enumerate() {
-            (f[a], f[n + a], f[2 * n + a]) = (-force.x, -force.y, -force.z);
-        }
-        fixed.zero(f, n);
-    });
-    limit(kappa, body.material.relaxation_time(), STEP_SAFETY)
 }
 
 fn limit(kappa: f64, relaxation_time: f64, share: f64) -> StepLimit {

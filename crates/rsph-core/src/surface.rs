@@ -33,7 +33,7 @@ impl Surface {
         let mut mesh = reference.clone();
         let mut fields: Vec<SurfaceField> = snapshot
             .columns()
-            .filter(|(spec, _)| !matches!(spec.field, Field::Reference | Field::Node))
+            .filter(|(spec, _)| spec.field != Field::Reference)
             .map(|(spec, column)| SurfaceField {
                 name: spec.name,
                 components: spec.components,

@@ -10,7 +10,7 @@ use tree::{SourceFile, crate_folder, read, root, sources};
 const LAYERS: &[&[&str]] = &[
     &["tensor", "kernel", "tiles", "pool"],
     &["error", "grid", "particles", "region", "neighbors"],
-    &["mesh", "material", "snapshot", "level_set", "vector_field", "fluid", "fit", "state"],
+    &["mesh", "material", "snapshot", "level_set", "vector_field", "fluid", "state"],
     &["marching_cubes", "remesh", "reconstruct", "flow", "winding"],
     &["shape"],
     &["sample"],

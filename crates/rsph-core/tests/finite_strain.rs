@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Noise, TestBody, body_of, every_law};
+use common::{Noise, TestBody, every_law, remeshed_body};
 use nalgebra::Rotation3;
 use rsph_core::boundary::surface_load::{SurfacePoint, Traction};
 use rsph_core::dynamics::{Dynamics, Scales};
@@ -12,7 +12,7 @@ use rsph_core::particles::{Column, Field, Particles};
 use rsph_core::region::Region;
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{Boundary, Fix};
-use rsph_core::shape::{Shape, SphereShape, cut};
+use rsph_core::shape::{BoxShape, DiscShape, Shape, cut};
 use rsph_core::tensor::{Mat3, Vec3};
 use std::sync::Arc;
 
@@ -20,35 +20,61 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// A ball that is cut and clamped by an oblique plane.
-fn held_ball(material: &Arc<dyn Material>, smoothing: f64) -> TestBody {
-    let ball: Arc<dyn Shape> = Arc::new(SphereShape::new(0.47, Vec3::repeat(0.55)).unwrap());
-    let (point, normal) = (Vec3::repeat(0.4), -Vec3::new(1.0, 2.0, 0.5).normalize());
-    let shape = cut(&ball, &point, &normal, 1e-9).unwrap();
+/// A block with an oblique face, or a disc in the plane, with cut cells, and the outward normal of a plane that cuts it.
+fn whole(dimension: usize) -> (Arc<dyn Shape>, Vec3) {
+    if dimension == 2 {
+        return (Arc::new(DiscShape::new(0.47, [0.55; 2]).unwrap()), -Vec3::new(1.0, 2.0, 0.0).normalize());
+    }
+    let block: Arc<dyn Shape> = Arc::new(BoxShape::new(Vec3::repeat(0.8), Vec3::repeat(0.15)).unwrap());
+    let (point, normal) = (Vec3::new(0.8, 0.7, 0.75), Vec3::new(1.0, -0.4, 0.7).normalize());
+    (cut(&block, &point, &normal, 1e-9).unwrap(), -Vec3::new(1.0, 2.0, 0.5).normalize())
+}
+
+/// A point of the plane that cuts the bodies.
+fn point(dimension: usize) -> Vec3 {
+    Vec3::new(0.4, 0.4, if dimension == 2 { 0.0 } else { 0.4 })
+}
+
+/// A displacement with gradients up to a quarter that vanishes on that plane.
+fn bent(dimension: usize, x: &Vec3) -> Vec3 {
+    let d = -whole(dimension).1.dot(&(x - point(dimension)));
+    let u = Vec3::new(0.05 * d * x.y, 0.25 * d + 0.1 * d * x.z, -0.15 * d - 0.2 * d * d) * 0.8;
+    if dimension == 2 { Vec3::new(u.x - 0.7 * u.z, u.y, 0.0) } else { u }
+}
+
+/// A body that is cut and clamped by an oblique plane, in space or in the plane, undeformed or remeshed where it was bent.
+fn held_body(material: &Arc<dyn Material>, smoothing: f64, dimension: usize, remeshed: bool) -> TestBody {
+    let (shape, normal) = whole(dimension);
+    let point = point(dimension);
+    let shape = cut(&shape, &point, &normal, 1e-9).unwrap();
     let plane = Region::HalfSpace { point, normal: -normal };
     let boundaries = [Boundary { region: plane, fix: Fix::ALL, motion: None }];
-    body_of(Some(Arc::clone(material)), shape, Resolution::Spacing(0.15), smoothing, 1.0, 0.3, &boundaries)
+    let spacing = Resolution::Spacing(if dimension == 2 { 0.1 } else { 0.15 });
+    let moved = |x: &Vec3| bent(dimension, x);
+    let moved = remeshed.then_some(&moved as &dyn Fn(&Vec3) -> Vec3);
+    remeshed_body(Arc::clone(material), shape, spacing, (smoothing, 1.0), &boundaries, moved)
 }
 
-fn free_ball(material: &Arc<dyn Material>) -> TestBody {
-    let ball = Arc::new(SphereShape::new(0.47, Vec3::repeat(0.55)).unwrap());
-    body_of(Some(Arc::clone(material)), ball, Resolution::Spacing(0.15), 0.8, 1.0, 0.3, &[])
+fn held_block(material: &Arc<dyn Material>, smoothing: f64) -> TestBody {
+    held_body(material, smoothing, 3, false)
 }
 
-/// A displacement with gradients up to a quarter, and noise, which vanishes on the clamp of [`held_ball`].
-fn deformed(body: &TestBody, seed: u64) -> Vec<f64> {
+/// All kinds of [`held_body`].
+const KINDS: [(usize, bool); 4] = [(3, false), (3, true), (2, false), (2, true)];
+
+fn free_body(material: &Arc<dyn Material>, dimension: usize, remeshed: bool) -> TestBody {
+    let moved = |x: &Vec3| bent(dimension, x);
+    let moved = remeshed.then_some(&moved as &dyn Fn(&Vec3) -> Vec3);
+    let spacing = Resolution::Spacing(if dimension == 2 { 0.1 } else { 0.15 });
+    remeshed_body(Arc::clone(material), whole(dimension).0, spacing, (0.8, 1.0), &[], moved)
+}
+
+/// A displacement of a body that is bent and disturbed.
+fn deformed(body: &TestBody, dimension: usize, seed: u64) -> Vec<f64> {
     let mut noise = Noise(seed);
-    let normal = Vec3::new(1.0, 2.0, 0.5).normalize();
-    let mut u: Vec<Vec3> = body
-        .positions
-        .iter()
-        .map(|x| {
-            let d = normal.dot(&(x - Vec3::repeat(0.4)));
-            Vec3::new(0.05 * d * x.y, 0.25 * d + 0.1 * d * x.z, -0.15 * d - 0.2 * d * d) * 0.8
-        })
-        .collect();
+    let mut u: Vec<Vec3> = body.positions.iter().map(|x| bent(dimension, x)).collect();
     for u in &mut u {
-        *u += 0.02 * body.spacing * Vec3::from_fn(|_, _| noise.next());
+        *u += 0.02 * body.spacing * Vec3::from_fn(|i, _| if i < dimension { noise.next() } else { 0.0 });
     }
     Column::from_vectors(&u).values().to_vec()
 }
@@ -56,11 +82,13 @@ fn deformed(body: &TestBody, seed: u64) -> Vec<f64> {
 #[test]
 fn the_force_is_minus_the_derivative_of_the_energy() {
     for material in every_law(100.0) {
-        for smoothing in [0.8, 1.25] {
-            let mut body = held_ball(&material, smoothing);
+        let wide = [(1.25, KINDS[0]), (1.25, KINDS[3])];
+        for (smoothing, (dimension, remeshed)) in KINDS.map(|kind| (0.8, kind)).into_iter().chain(wide) {
+            let mut body = held_body(&material, smoothing, dimension, remeshed);
             let n = 3 * body.positions.len();
-            let u = deformed(&body, 3);
-            let direction = Noise(5).column(n);
+            let u = deformed(&body, dimension, 3);
+            let mut direction = Noise(5).column(n);
+            body.elastic.fixed.zero(&mut direction, n / 3);
             let mut force = vec![0.0; n];
             body.elastic.force_at_rest(0.0, 1.0, &u, &mut force);
             assert!(body.elastic.inverted().is_none());
@@ -72,23 +100,24 @@ fn the_force_is_minus_the_derivative_of_the_energy() {
             let e = 2e-4;
             let slope = (8.0 * (energy(e) - energy(-e)) - (energy(2.0 * e) - energy(-2.0 * e))) / (12.0 * e);
             let work = -dot(&force, &direction);
-            assert!((slope - work).abs() < 1e-8 * work.abs().max(1.0), "{}: {slope} {work}", material.name());
+            let name = material.name();
+            let kind = format!("{name}, h = {smoothing}, {dimension}D, remeshed: {remeshed}");
+            assert!((slope - work).abs() < 1e-8 * work.abs().max(1.0), "{kind}: {slope} {work}");
         }
     }
 }
 
 #[test]
 fn the_tangent_is_the_derivative_of_the_force_and_symmetric() {
-    for material in every_law(100.0) {
-        let mut body = held_ball(&material, 0.8);
+    for (material, (dimension, remeshed)) in
+        every_law(100.0).into_iter().flat_map(|m| KINDS.map(|k| (Arc::clone(&m), k)))
+    {
+        let mut body = held_body(&material, 0.8, dimension, remeshed);
         let n = 3 * body.positions.len();
-        let u = deformed(&body, 3);
+        let u = deformed(&body, dimension, 3);
         let (mut x, mut y) = (Noise(7).column(n), Noise(11).column(n));
-        for p in &body.elastic.fixed.particles.clone() {
-            for i in 0..3 {
-                (x[i * n / 3 + p.particle], y[i * n / 3 + p.particle]) = (0.0, 0.0);
-            }
-        }
+        body.elastic.fixed.zero(&mut x, n / 3);
+        body.elastic.fixed.zero(&mut y, n / 3);
         body.elastic.linearise(0.0, &u);
         let (mut kx, mut ky) = (vec![0.0; n], vec![0.0; n]);
         body.elastic.apply(Scales::STATIC, &x, &mut kx);
@@ -112,9 +141,9 @@ fn the_tangent_is_the_derivative_of_the_force_and_symmetric() {
 #[test]
 fn damping_is_the_derivative_of_the_force_by_the_velocity() {
     for material in every_law(100.0) {
-        let mut body = held_ball(&material, 0.8);
+        let mut body = held_block(&material, 0.8);
         let n = body.positions.len();
-        let u = deformed(&body, 3);
+        let u = deformed(&body, 3, 3);
         let v = Noise(13).column(3 * n);
         let mut acceleration = |s: f64| {
             let mut p = Particles::new(n);
@@ -137,22 +166,50 @@ fn damping_is_the_derivative_of_the_force_by_the_velocity() {
 
 #[test]
 fn a_turned_body_is_free_of_force_and_strain() {
-    let turn = *Rotation3::new(Vec3::new(0.3, -1.2, 2.0)).matrix();
-    for material in every_law(100.0).into_iter().filter(|m| m.law().finite_strain().is_some()) {
-        let mut body = free_ball(&material);
+    let laws = || every_law(100.0).into_iter().filter(|m| m.law().finite_strain().is_some());
+    for (material, (dimension, remeshed)) in laws().flat_map(|m| KINDS.map(|k| (Arc::clone(&m), k))) {
+        let axis = if dimension == 2 { Vec3::new(0.0, 0.0, 2.0) } else { Vec3::new(0.3, -1.2, 2.0) };
+        let turn = *Rotation3::new(axis).matrix();
+        let mut body = free_body(&material, dimension, remeshed);
         let n = body.positions.len();
-        let u: Vec<Vec3> = body.positions.iter().map(|x| turn * x + Vec3::x() - x).collect();
-        let u = Column::from_vectors(&u);
+        let turned = |u: &[Vec3]| -> Vec<Vec3> {
+            body.positions.iter().zip(u).map(|(x, u)| turn * (x + u) + Vec3::x() - x).collect()
+        };
+        let column = |u: &[Vec3]| Column::from_vectors(u);
+        let still = column(&turned(&vec![Vec3::zeros(); n]));
+        let u = deformed(&body, dimension, 17);
+        let u: Vec<Vec3> = (0..n).map(|a| Vec3::new(u[a], u[n + a], u[2 * n + a])).collect();
+        let (u, turned_u) = (column(&u), column(&turned(&u)));
+        let kind = format!("{}, {dimension}D, remeshed: {remeshed}", material.name());
+
         let mut force = vec![0.0; 3 * n];
-        body.elastic.force_at_rest(0.0, 1.0, u.values(), &mut force);
-        assert!(force.iter().all(|f| f.abs() < 1e-11), "{}", material.name());
-        assert!(body.elastic.elastic_energy(0.0, 1.0, u.values()).abs() < 1e-11);
+        body.elastic.force_at_rest(0.0, 1.0, still.values(), &mut force);
+        assert!(force.iter().all(|f| f.abs() < 1e-11), "{kind}");
+        assert!(body.elastic.elastic_energy(0.0, 1.0, still.values()).abs() < 1e-11, "{kind}");
         let mut p = Particles::new(n);
-        p.set(Field::Displacement, u);
+        p.set(Field::Displacement, still);
         p.set(Field::Velocity, Column::zeros(3, n));
         p.set(Field::Volume, Column::from_vec(vec![1.0; n], n));
         body.elastic.derive(0.0, &mut p);
-        assert!(p.column(Field::Strain).values().iter().all(|e| e.abs() < 1e-11));
+        assert!(p.column(Field::Strain).values().iter().all(|e| e.abs() < 1e-11), "{kind}");
+
+        // Deformed as well: the same energy, turned forces, without a moment.
+        let energy = body.elastic.elastic_energy(0.0, 1.0, u.values());
+        let again = body.elastic.elastic_energy(0.0, 1.0, turned_u.values());
+        assert!(energy > 1e-3 && (again - energy).abs() < 1e-11 * energy, "{kind}: {energy} {again}");
+        let mut turned_force = force.clone();
+        body.elastic.force_at_rest(0.0, 1.0, u.values(), &mut force);
+        body.elastic.force_at_rest(0.0, 1.0, turned_u.values(), &mut turned_force);
+        let at = |f: &[f64], a: usize| Vec3::new(f[a], f[n + a], f[2 * n + a]);
+        let size = dot(&force, &force).sqrt();
+        let (mut total, mut moment) = (Vec3::zeros(), Vec3::zeros());
+        for a in 0..n {
+            let f = at(&turned_force, a);
+            assert!((turn * at(&force, a) - f).norm() < 1e-11 * size, "{kind}");
+            total += f;
+            moment += (body.positions[a] + turned_u.vector(a)).cross(&f);
+        }
+        assert!(total.norm() < 1e-11 * size && moment.norm() < 1e-11 * size, "{kind}: {total} {moment}");
     }
 }
 
@@ -161,7 +218,7 @@ fn a_uniform_deformation_balances_its_nominal_tractions() {
     let f = Mat3::new(1.3, 0.2, -0.1, 0.05, 0.85, 0.15, -0.2, 0.1, 1.1);
     for material in every_law(100.0) {
         let Law::FiniteStrain(law) = material.law() else { continue };
-        let mut body = free_ball(&material);
+        let mut body = free_body(&material, 3, false);
         let n = body.positions.len();
         let u: Vec<Vec3> = body.positions.iter().map(|x| f * x - x).collect();
         let mut force = vec![0.0; 3 * n];

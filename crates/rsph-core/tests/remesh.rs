@@ -3,6 +3,7 @@
 mod common;
 
 use common::Noise;
+use nalgebra::Rotation3;
 use proptest::prelude::*;
 use rsph_core::kernel::RemeshKernel;
 use rsph_core::particles::{Column, Field, Particles};
@@ -182,28 +183,33 @@ fn a_colour_has_the_volume_of_its_cell() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(20))]
 
-    /// A body that was moved and strained uniformly: what it carries is found where it is now, exactly if
-    /// it is linear, and the nodes in it are all there.
+    /// A body that was moved, turned and strained uniformly: what it carries is found where it is now, exactly if
+    /// it is linear, with its gradient, and the nodes in it are all there.
     #[test]
     fn linear_fields_are_followed_exactly(
         shift in prop::array::uniform3(-30.0..30.0_f64),
         strain in prop::array::uniform9(-0.1..0.1_f64),
+        turn in prop::array::uniform3(-1.8..1.8_f64),
         k in 0..3_usize,
     ) {
         let lattice = NodeLattice::<3> { origin: Vec3::new(0.1, 0.2, -0.3), spacing: 0.5 };
         let n = 7;
         let nodes: Vec<[i64; 3]> = (0..n * n * n).map(|q| [q % n, q / n % n, q / n / n]).collect();
-        let gradient = Mat3::from_row_slice(&strain);
+        let turn = *Rotation3::new(Vec3::from(turn)).matrix();
+        let gradient = turn * (Mat3::identity() + Mat3::from_row_slice(&strain)) - Mat3::identity();
         let shift: Vec<Vec3> =
             nodes.iter().map(|q| Vec3::from(shift) + gradient * lattice.position(*q)).collect();
-        let f = |xi: &Vec3| 1.0 + 2.0 * xi.x - xi.y + 0.3 * xi.z;
-        let values: Vec<f64> = nodes.iter().map(|q| f(&lattice.position(*q))).collect();
-        let carried = Carried { lattice, nodes: &nodes, shift: &shift, columns: 1, values: &values };
+        let slope = Mat3::new(2.0, -1.0, 0.3, 0.5, 0.1, -0.7, 0.0, 1.0, 0.2);
+        let f = |xi: &Vec3| slope * xi + Vec3::x();
+        let values: Vec<f64> = nodes.iter().flat_map(|q| <[f64; 3]>::from(f(&lattice.position(*q)))).collect();
+        let carried = Carried { lattice, nodes: &nodes, shift: &shift, columns: 3, values: &values };
         let arrived = carried.follow(RemeshKernel::ALL[k]).unwrap();
         let back = (Mat3::identity() + gradient).try_inverse().unwrap();
         let xi = |q: &[i64; 3]| back * (lattice.position(*q) - (shift[0] - gradient * lattice.position(nodes[0])));
-        for (node, value) in arrived.nodes.iter().zip(&arrived.values) {
-            prop_assert!((value - f(&xi(node))).abs() < 1e-9, "{} {}", value, f(&xi(node)));
+        for ((node, value), g) in arrived.nodes.iter().zip(arrived.values.chunks(3)).zip(&arrived.gradients) {
+            let error = Vec3::from_column_slice(value) - f(&xi(node));
+            prop_assert!(error.norm() < 1e-9, "{}", error);
+            prop_assert!((g - slope * back).norm() < 1e-7, "{}", g);
         }
         // Every node that lies in the body was reached.
         let inside = arrived.nodes.iter().filter(|q| {
@@ -220,12 +226,12 @@ fn what_has_not_moved_is_followed_without_any_change() {
     let lattice = NodeLattice::<2> { origin: Vec3::zeros(), spacing: 0.1 };
     let nodes: Vec<[i64; 3]> = (0..25).map(|q| [q % 5, q / 5, 0]).collect();
     let mut noise = Noise(3);
-    let values: Vec<f64> = nodes.iter().map(|_| noise.next()).collect();
+    let values = noise.column(3 * nodes.len());
     let shift = vec![Vec3::zeros(); nodes.len()];
-    let carried = Carried { lattice, nodes: &nodes, shift: &shift, columns: 1, values: &values };
+    let carried = Carried { lattice, nodes: &nodes, shift: &shift, columns: 3, values: &values };
     let arrived = carried.follow(RemeshKernel::M4Prime).unwrap();
-    for (node, value) in nodes.iter().zip(&values) {
+    for (node, value) in nodes.iter().zip(values.chunks(3)) {
         let k = arrived.nodes.iter().position(|n| n == node).unwrap();
-        assert!((arrived.values[k] - value).abs() < 1e-15);
+        assert!(arrived.values[3 * k..][..3].iter().zip(value).all(|(a, v)| (a - v).abs() < 1e-15));
     }
 }

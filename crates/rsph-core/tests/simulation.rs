@@ -247,13 +247,14 @@ fn loads_on_a_curved_organ_keep_force_and_moment() {
     let cloud = Cloud::new(&positions, &body.volume, dx);
     let fits = |places: &[Vec3]| places.iter().map(|x| cloud.fit_at(x)).collect();
     let particles = LoadedParticles { positions: &positions, fits: &fits };
-    let surface = SurfaceQuadrature::new(liver.surface(), dx, &particles, &[], &|_, _| None);
+    let surface = SurfaceQuadrature::new(liver.surface(), 3, dx, &particles, &[], &|_, _| None);
     let loaded = LoadedBody {
         shape: &liver,
         mass: &mass,
         positions: &positions,
         spacing: dx,
         tolerance: 1e-3 * dx,
+        boundary: liver.surface(),
         surface: &surface,
         faces: None,
     };

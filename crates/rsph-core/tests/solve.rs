@@ -160,7 +160,7 @@ fn what_is_loose_is_named() {
     let cells: Vec<[usize; 3]> = cells.into_iter().filter(|c| c[2] < 4 || c[2] >= 8).collect();
     let particles = (0..16).map(|particle| FixedParticle { particle, fix: [true; 3], motion: None });
     let fixed = Fixed { particles: particles.collect() };
-    let lattice = Lattice::new(&grid, &cells, 0.8);
+    let lattice = Lattice::new(&grid, &cells, 0.8, 3);
     let material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap());
     let two = Elastic::new(lattice, &vec![1e-3; cells.len()], fixed, material, 40.0);
     let found = loose_pieces(&two);

@@ -25,7 +25,7 @@ fn body(smoothing: f64) -> Lattice {
             }
         }
     }
-    Lattice::new(&grid, &cells, smoothing)
+    Lattice::new(&grid, &cells, smoothing, 3)
 }
 
 fn random(lattice: &Lattice, components: usize, used: usize) -> (Vec<Tile>, Vec<f64>) {
@@ -69,7 +69,7 @@ fn check(smoothing: f64) {
     let lattice = body(smoothing);
     let (q, values) = random(&lattice, 3, 3);
     let mut sums = lattice.tiles.field(PAIR_COMPONENTS);
-    ops::gradient_sums(&lattice, None, &q, &mut sums, None, &Plain);
+    ops::gradient_sums(&lattice, None, &q, &mut sums, [None, None], &Plain);
     let (t, tensors) = random(&lattice, PAIR_COMPONENTS, 9);
     let mut adjoint = lattice.tiles.field(3);
     ops::adjoint_sums(&lattice, None, &t, &mut adjoint);
@@ -86,7 +86,7 @@ fn check(smoothing: f64) {
     let even = even_sums();
     let (mut sums_of_part, mut adjoint_of_part) =
         (lattice.tiles.field(PAIR_COMPONENTS), lattice.tiles.field(3));
-    ops::gradient_sums(&lattice, Some(&part), &q, &mut sums_of_part, None, &Plain);
+    ops::gradient_sums(&lattice, Some(&part), &q, &mut sums_of_part, [None, None], &Plain);
     ops::adjoint_sums(&lattice, Some(&part), &t, &mut adjoint_of_part);
 
     let vector = |a: usize| Vec3::from_column_slice(&values[3 * a..3 * a + 3]);
@@ -133,7 +133,7 @@ fn check(smoothing: f64) {
     // Another number of threads cuts the body into other blocks.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(7).build().unwrap();
     let mut again = lattice.tiles.field(PAIR_COMPONENTS);
-    pool.install(|| ops::gradient_sums(&lattice, None, &q, &mut again, None, &Plain));
+    pool.install(|| ops::gradient_sums(&lattice, None, &q, &mut again, [None, None], &Plain));
     assert!(occupied(&lattice, &sums) == occupied(&lattice, &again));
     assert!(even == pool.install(even_sums));
 }

@@ -8,7 +8,7 @@ mod probes;
 
 use crate::scenario::{
     BodyTable, Document, FieldTable, FormulationName, Integrator, KeyPath, LoadedScenario, ModeName,
-    Scenario, ScenarioError, ShapeTable, SolverTable, TimeStepValue, TimeTable, UnitsName,
+    Scenario, ScenarioError, SolverTable, TimeStepValue, TimeTable, UnitsName,
 };
 use crate::shape_of::{FoundShape, shape_of};
 use checks::{positive, zero_or_more};
@@ -99,11 +99,8 @@ impl LoadedScenario {
         let mechanics = motion::mechanics(doc, tables)?;
         let resolution = resolution(doc, &tables.body)?;
         let material = motion::material(doc, tables, &mechanics)?;
-        let plane = matches!(tables.body.shape, Some(
-            ShapeTable::Rectangle { .. } | ShapeTable::Disc { .. } | ShapeTable::Polygon { .. }
-        ));
-        let remesh = motion::remesh(doc, tables, &mechanics, plane)?;
-        let solver = solver(doc, &tables.solver, &mechanics, plane)?;
+        let remesh = motion::remesh(doc, tables, &mechanics)?;
+        let solver = solver(doc, &tables.solver, &mechanics)?;
         let initial = |key: &str, table: &Option<FieldTable>| {
             parts::field(doc, &KeyPath::from("initial").key(key), table.as_ref())
         };
@@ -259,22 +256,14 @@ fn cadence(doc: &Document, tables: &Scenario) -> Result<Cadence, ScenarioError> 
     Ok(Cadence { every, frames: table.frames })
 }
 
-fn solver(
-    doc: &Document,
-    table: &SolverTable,
-    mechanics: &Mechanics,
-    plane: bool,
-) -> Result<Solver, ScenarioError> {
+fn solver(doc: &Document, table: &SolverTable, mechanics: &Mechanics) -> Result<Solver, ScenarioError> {
     let path = KeyPath::from("solver");
     let formulation = match table.formulation {
         FormulationName::Adjoint => Formulation::Adjoint,
         FormulationName::Paper => Formulation::Paper,
     };
     let on_lattice = formulation == Formulation::Adjoint && matches!(mechanics, Mechanics::Solid);
-    let usual = match (on_lattice, plane) {
-        (true, false) => Solver::ACCURATE,
-        _ => Solver::default(),
-    };
+    let usual = if on_lattice { Solver::ACCURATE } else { Solver::default() };
     let smoothing = table.smoothing.unwrap_or(usual.smoothing);
     let hourglass = table.hourglass.unwrap_or(usual.hourglass);
     positive(doc, &path.key("smoothing"), smoothing, "the smoothing length in spacings")?;

@@ -24,6 +24,17 @@ pub struct Fixed {
 }
 
 impl Fixed {
+    /// Holds the z component of all `n` particles: those of a body in the plane.
+    pub fn hold_in_plane(&mut self, n: usize) {
+        let along_z = |particle| FixedParticle { particle, fix: [false, false, true], motion: None };
+        self.particles.extend((0..n).map(along_z));
+    }
+
+    /// Whether no component along the first `dimension` axes is held.
+    pub fn is_free(&self, dimension: usize) -> bool {
+        self.particles.iter().all(|p| !p.fix[..dimension].contains(&true))
+    }
+
     /// Sets held components of a vector column to zero.
     pub fn zero(&self, column: &mut [f64], n: usize) {
         for p in &self.particles {

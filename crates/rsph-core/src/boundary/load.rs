@@ -9,6 +9,7 @@ use crate::boundary::surface_quadrature::SurfaceQuadrature;
 use crate::boundary::tag::no_particle;
 use crate::error::InvalidInput;
 use crate::grid::Bounds;
+use crate::mesh::TriangleMesh;
 use crate::region::Region;
 use crate::setup::{Load, LoadKind};
 use crate::shape::Shape;
@@ -30,7 +31,9 @@ pub struct LoadedBody<'a> {
     pub spacing: f64,
     /// Tolerance of regions (a length).
     pub tolerance: f64,
-    /// The surface with the weights of the particles.
+    /// The surface that is loaded and held.
+    pub boundary: &'a TriangleMesh,
+    /// The same with the weights of the particles.
     pub surface: &'a SurfaceQuadrature,
     /// Flat faces that are loaded by the area vectors of an operator that does not balance its surface.
     pub faces: Option<Faces<'a>>,
@@ -90,7 +93,7 @@ pub fn nodal_loads(loads: &[Load], body: &LoadedBody<'_>) -> Result<Vec<NodalLoa
                         .ok_or_else(|| no_particle(&format!("load[{i}].region"), region, body.positions))
                 }
                 LoadKind::Patch { pressure, centre, radius, direction } => {
-                    let patch = Patch::on(body.shape.surface(), *pressure, centre, *radius, direction);
+                    let patch = Patch::on(body.boundary, *pressure, centre, *radius, direction);
                     patch.with_traction(|traction| on_surface(i, traction))
                 }
             }?;
@@ -113,13 +116,13 @@ pub enum SurfaceTraction<'a> {
 }
 
 impl<'a> SurfaceTraction<'a> {
-    /// The traction of a load on a body of that shape.
-    pub fn new(kind: &'a LoadKind, shape: &dyn Shape) -> Self {
+    /// The traction of a load on a body with that surface.
+    pub fn new(kind: &'a LoadKind, surface: &TriangleMesh) -> Self {
         match kind {
             LoadKind::Traction { region, traction } => Self::Traction(region, *traction),
             LoadKind::Pressure { region, pressure } => Self::Pressure(region, *pressure),
             LoadKind::Patch { pressure, centre, radius, direction } => {
-                Self::Patch(Patch::on(shape.surface(), *pressure, centre, *radius, direction))
+                Self::Patch(Patch::on(surface, *pressure, centre, *radius, direction))
             }
             LoadKind::BodyForce { .. } => Self::Nothing,
         }

@@ -7,7 +7,6 @@ pub mod flat_face;
 pub mod force_sums;
 pub mod lift;
 pub mod load;
-pub mod mirror;
 pub mod nodal_load;
 pub mod patch;
 pub mod surface_load;

@@ -9,8 +9,8 @@
 
 use super::constraints::{Hold, projectors};
 use super::surface_load::{Panel, SurfacePoint, Traction, for_each_panel, three_points};
-use crate::fit::LinearFit;
 use crate::mesh::TriangleMesh;
+use crate::mls::LinearFit;
 use crate::particles::Column;
 use crate::tensor::{Mat3, Vec3};
 use nalgebra::{Matrix4, Matrix4x3, Vector4};
@@ -26,6 +26,19 @@ const CLUSTER: f64 = 1.0;
 const EDGE_AT_RIM: f64 = 0.1;
 /// Fewest clusters or particles in a task.
 const TASK: usize = 64;
+/// Height of the rim that stands for the surface of a body in the plane, in spacings: so little that no panel is split
+/// along it.
+const RIM: f64 = 1e-3;
+
+/// The outline of a body in the plane as a surface: the upright faces of its slab of thickness one, pressed to a rim around
+/// the plane. [`SurfaceQuadrature::new`] takes its panels to be in the plane and of height one.
+pub fn rim(slab: &TriangleMesh, spacing: f64) -> TriangleMesh {
+    let mut rim = slab.retain(|t| slab.normal(t).z.abs() < 0.5);
+    for x in &mut rim.vertices {
+        x.z *= RIM * spacing;
+    }
+    rim
+}
 
 /// Panels that share a fit.
 #[derive(Clone, Debug)]
@@ -97,25 +110,28 @@ pub(super) struct Shares {
 }
 
 impl SurfaceQuadrature {
-    /// The quadrature of `surface` for particles `spacing` apart, held by boundaries that hold as `holds` says; no cluster reaches from one held part to another,
+    /// The quadrature of `surface`, in the plane (`dimension` 2) of a [`rim`], for particles `spacing` apart, held by boundaries that hold as `holds` says; no cluster reaches from one held part to another,
     /// or to where the surface is free.
     pub fn new(
         surface: &TriangleMesh,
+        dimension: usize,
         spacing: f64,
         particles: &LoadedParticles<'_>,
         holds: &[Hold],
         held: &HeldPart<'_>,
     ) -> Self {
         // Smaller panels at the rim of a held part, of which a panel is all or nothing.
+        let flat = |x: &Vec3| if dimension == 2 { Vec3::new(x.x, x.y, 0.0) } else { *x };
+        let height = if dimension == 2 { RIM * spacing } else { 1.0 };
         let longest = |corners: &[Vec3; 3], normal: &Vec3| {
-            let part = |x: &Vec3| held(x, normal);
+            let part = |x: &Vec3| held(&flat(x), normal);
             let cut = corners.iter().any(|x| part(x) != part(&corners[0]));
             if cut { EDGE_AT_RIM * spacing } else { EDGE * spacing }
         };
         let cell_of = |panel: &Panel| {
             let SurfacePoint { x, normal, .. } = &panel.centre;
-            let cell: [i64; 3] = (x / (CLUSTER * spacing)).map(|x| x.floor() as i64).into();
-            (held(x, normal), cell)
+            let cell: [i64; 3] = (flat(x) / (CLUSTER * spacing)).map(|x| x.floor() as i64).into();
+            (held(&flat(x), normal), cell)
         };
         // Sorted by number, and visited again for what they are: they are as many as particles of a large body.
         let mut sorted = Vec::new();
@@ -139,7 +155,9 @@ impl SurfaceQuadrature {
         let mut places = place.into_iter();
         for_each_panel(surface, longest, |panel, at| {
             if let Some(k) = places.next() {
-                (panels[k], corners[k]) = (panel, *at);
+                let SurfacePoint { x, normal, area } = panel.centre;
+                let centre = SurfacePoint { x: flat(&x), normal, area: area / height };
+                (panels[k], corners[k]) = (Panel { centre, ..panel }, at.each_ref().map(flat));
             }
         });
         let middle = |(_, range): &(Option<u32>, Range<usize>)| {

@@ -1,21 +1,17 @@
-//! From regions to particles, in the plane and in the scheme of the paper: which face gets mirror ghosts, which particles are held. Particles are
-//! found anew after every remesh, by where they were in the undeformed body, because regions survive it
-//! and indices do not.
+//! From regions to particles in the scheme of the paper: layers of particles are held. They are found anew after every
+//! remesh, by where they were in the undeformed body, because regions survive it and indices do not.
 
 use crate::boundary::fixed::{Fixed, FixedParticle};
-use crate::boundary::mirror::MirrorPlane;
 use crate::error::InvalidInput;
 use crate::grid::Bounds;
 use crate::region::{Region, Side};
 use crate::sample::Alignment;
-use crate::setup::{Boundary, Fix, Formulation, Motion, Solver};
+use crate::setup::{Boundary, Fix, Motion, Solver};
 use crate::tensor::Vec3;
 
 /// How the boundaries hold a body: decided on the undeformed body, and the same after every remesh.
 #[derive(Clone, Debug, Default)]
 pub struct Holds {
-    /// Faces held with mirror ghosts.
-    pub planes: Vec<MirrorPlane>,
     regions: Vec<HeldRegion>,
 }
 
@@ -122,21 +118,13 @@ pub fn holds(
         let (fix, motion) = (components(boundary, i)?, boundary.motion);
         let mut tolerance = 0.0;
         if let Some(Plane { axis, at, side }) = Plane::of(&boundary.region) {
-            let mirror = MirrorPlane { axis, at, fix, motion };
-            let nearest = |beyond: bool| {
-                let of_side = |x: &&Vec3| beyond == ((x[axis] < at) == (side == Side::Below));
-                let gaps = positions.iter().filter(of_side).map(|x| (x[axis] - at).abs());
-                gaps.fold(f64::INFINITY, f64::min)
-            };
+            let outside = |x: &&Vec3| (x[axis] < at) != (side == Side::Below);
             if positions.iter().any(|x| boundary.region.contains(x, 0.0)) {
                 tolerance = (reach_of_hold(&Vec3::x(), solver.smoothing) - 1e-6) * spacing;
             } else {
-                let gap = nearest(false);
+                let gaps = positions.iter().filter(outside).map(|x| (x[axis] - at).abs());
+                let gap = gaps.fold(f64::INFINITY, f64::min);
                 if gap <= spacing {
-                    if solver.formulation == Formulation::Adjoint {
-                        add_plane(&mut holds.planes, mirror, spacing, &key)?;
-                        continue;
-                    }
                     // The paper fixes the particles at the bottom.
                     tolerance = gap + 0.5 * spacing;
                 }
@@ -157,38 +145,11 @@ fn components(boundary: &Boundary, i: usize) -> Result<[bool; 3], InvalidInput> 
         (Fix::Normal, None) => Err(InvalidInput::new(
             format!("boundary[{i}].fix"),
             "\"normal\"",
-            "is held on planes along an axis only, in the scheme of the paper and in the plane",
-            "name components, or take the material \"kelvin-voigt\" with the formulation \"adjoint\"",
+            "is held on planes along an axis only, in the scheme of the paper",
+            "name components, or take the formulation \"adjoint\"",
         )),
         (fix, _) => Ok(fix.components()),
     }
-}
-
-/// Adds a mirror plane, or what it holds to the plane that is there already.
-fn add_plane(
-    planes: &mut Vec<MirrorPlane>,
-    plane: MirrorPlane,
-    spacing: f64,
-    key: &str,
-) -> Result<(), InvalidInput> {
-    let same = |p: &&mut MirrorPlane| p.axis == plane.axis && (p.at - plane.at).abs() < 1e-6 * spacing;
-    match planes.iter_mut().find(same) {
-        None => planes.push(plane),
-        Some(there) if there.motion == plane.motion => {
-            for i in 0..3 {
-                there.fix[i] |= plane.fix[i];
-            }
-        }
-        Some(_) => {
-            return Err(InvalidInput::new(
-                key,
-                format!("plane at {}", plane.at),
-                "another boundary holds the same face and moves otherwise",
-                "give a face one boundary, with one motion for all components that it holds",
-            ));
-        }
-    }
-    Ok(())
 }
 
 /// The error for a region that holds no particle and touches no face.

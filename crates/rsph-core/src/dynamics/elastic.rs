@@ -3,6 +3,7 @@
 //! and a free surface needs no force of its own (Eq. 14).
 
 mod correction;
+mod hourglass;
 mod law;
 mod linear;
 mod sweeps;
@@ -20,7 +21,9 @@ use crate::ops::PAIR_COMPONENTS;
 use crate::particles::{Column, Field, Particles};
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use crate::tiles::Tile;
+use correction::GENERAL;
 use correction::{Correction, Row, Surroundings};
+use hourglass::Memory;
 use linear::Constants;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -59,6 +62,8 @@ pub struct Elastic {
     positive: bool,
     constants: Constants,
     correction: Correction,
+    /// Of a body that was remeshed, under a law that is not linear.
+    memory: Option<Memory>,
     work: Workspace,
 }
 
@@ -71,6 +76,8 @@ struct Workspace {
     pair: Vec<Tile>,
     /// On the rows of the correction: its sums of the first sweep, then V P.
     side: Vec<Tile>,
+    /// Sums of the hourglass term of a remeshed body, then what the second sweep takes of it: tiled field of 9.
+    products: Vec<Tile>,
     /// Gradient (for a linear law strain) lifted from held faces, there.
     lifted: Vec<Tile>,
     /// dF/dt, of laws that are not linear.
@@ -95,6 +102,7 @@ impl Elastic {
             q: lattice.tiles.field(3),
             pair: lattice.tiles.field(PAIR_COMPONENTS),
             side: Vec::new(),
+            products: Vec::new(),
             lifted: Vec::new(),
             rate: Vec::new(),
             state: Vec::new(),
@@ -110,6 +118,7 @@ impl Elastic {
             positive: false,
             constants: Constants::new(&lattice, volume),
             correction: Correction::default(),
+            memory: None,
             lattice,
             lift: Lift::default(),
             fixed,
@@ -150,6 +159,10 @@ impl Elastic {
             lifted: self.lift.particles(),
         });
         self.straighten(positions);
+        if !self.stretch.is_empty() && !self.linear {
+            self.memory = Some(Memory::new(&self.lattice, &self.constants, positions));
+            self.work.products = self.lattice.tiles.field(GENERAL);
+        }
         let on_rows = self.components() * self.correction.rows.len();
         self.work.side = vec![Tile::default(); on_rows];
         if !self.lift.is_empty() {

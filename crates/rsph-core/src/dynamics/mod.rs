@@ -2,7 +2,6 @@
 
 pub mod elastic;
 pub mod fsi_1d;
-pub mod large_strain;
 pub mod paper;
 pub mod prescribed;
 

@@ -20,5 +20,11 @@ const BRANCHES: [(f64, [f64; 10]); REACH] = [
 /// Lambda_6,4(s) for `s` >= 0, the distance in lattice spacings.
 #[inline(always)]
 pub(super) fn value(s: f64) -> f64 {
-    horner(&BRANCHES, s)
+    horner(&BRANCHES, s).0
+}
+
+/// dLambda_6,4/ds for `s` >= 0.
+#[inline(always)]
+pub(super) fn derivative(s: f64) -> f64 {
+    horner(&BRANCHES, s).1
 }

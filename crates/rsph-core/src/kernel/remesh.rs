@@ -75,6 +75,17 @@ impl RemeshKernel {
         }
     }
 
+    /// Its derivative at a distance of `s` lattice spacings, above the node or (negative) below it.
+    #[inline]
+    pub fn derivative(self, s: f64) -> f64 {
+        let derivative = match self {
+            Self::M4Prime => m4_prime::derivative(s.abs()),
+            Self::Lambda42 => lambda_4_2::derivative(s.abs()),
+            Self::Lambda64 => lambda_6_4::derivative(s.abs()),
+        };
+        derivative * s.signum()
+    }
+
     /// Weights of the `2 reach` nodes around a point that lies `fraction` (0 to 1) of a spacing above
     /// the node number `reach - 1` of them; the rest of the array is zero.
     #[inline]
@@ -85,16 +96,28 @@ impl RemeshKernel {
         }
         w
     }
+
+    /// The derivatives of the [`weights`](Self::weights) by the place of the point, per spacing.
+    #[inline]
+    pub fn slopes(self, fraction: f64) -> [f64; MAX_WEIGHTS] {
+        let (reach, mut slopes) = (self.reach(), [0.0; MAX_WEIGHTS]);
+        for (m, slope) in slopes.iter_mut().enumerate().take(2 * reach) {
+            *slope = self.derivative(fraction + (reach - 1) as f64 - m as f64);
+        }
+        slopes
+    }
 }
 
 /// A kernel that is a polynomial of t = s - i between the nodes i and i + 1: common denominator and
-/// coefficients of each branch.
+/// coefficients of each branch. Its value and derivative.
 #[inline(always)]
-pub(super) fn horner<const N: usize>(branches: &[(f64, [f64; N])], s: f64) -> f64 {
+pub(super) fn horner<const N: usize>(branches: &[(f64, [f64; N])], s: f64) -> (f64, f64) {
     // Beyond the reach, infinity included, the kernel is zero.
-    let Some((denominator, c)) = branches.get(s as usize) else { return 0.0 };
+    let Some((denominator, c)) = branches.get(s as usize) else { return (0.0, 0.0) };
     let t = s - s.floor();
-    c.iter().rev().fold(0.0, |sum, c| sum * t + c) / denominator
+    let step = |(value, slope): (f64, f64), c: &f64| (value * t + c, slope * t + value);
+    let (value, slope) = c.iter().rev().fold((0.0, 0.0), step);
+    (value / denominator, slope / denominator)
 }
 
 #[cfg(test)]
@@ -116,6 +139,19 @@ mod tests {
                     // Terms of the sixth moment are as large as 4^6.
                     let tolerance = if k <= 4 { 1e-12 } else { 1e-11 };
                     prop_assert!((moment - expected).abs() < tolerance, "{} moment {k}: {moment:e}", kernel.name());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn slopes_are_those_of_the_weights() {
+        for kernel in RemeshKernel::ALL {
+            for k in 1..20 {
+                let (x, e) = (f64::from(k) / 20.0, 1e-6);
+                let (slopes, up, down) = (kernel.slopes(x), kernel.weights(x + e), kernel.weights(x - e));
+                for m in 0..MAX_WEIGHTS {
+                    assert!((slopes[m] - (up[m] - down[m]) / (2.0 * e)).abs() < 1e-7, "{}", kernel.name());
                 }
             }
         }

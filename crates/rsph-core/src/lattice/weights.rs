@@ -19,15 +19,26 @@ pub struct Weights {
 }
 
 impl Weights {
-    /// Of the kernel with smoothing length `h`.
-    pub fn new(spacing: f64, h: f64) -> Self {
+    /// Of the kernel with smoothing length `h` in 3 or 2 dimensions.
+    ///
+    /// A body in the plane is one layer of a body that goes on along z for ever and moves alike everywhere: its weights
+    /// are the sums over all layers, of the height dx, and those of a cell of height one.
+    pub fn new(spacing: f64, h: f64, dimension: usize) -> Self {
         let kernel = QuarticSpline::<3>::new(h);
         let mut weights = Self { spacing, cut: 0, by_square: [0.0; MAX_CUT + 1] };
-        for square in 1..=MAX_CUT {
+        let weight = |square: usize| {
             let r = (square as f64).sqrt() * spacing;
             // Neighbours at the very edge of the support have weight zero.
-            if r < kernel.support() * (1.0 - 1e-9) {
-                weights.by_square[square] = kernel.gradient_weight(r);
+            if r < kernel.support() * (1.0 - 1e-9) { kernel.gradient_weight(r) } else { 0.0 }
+        };
+        for square in 1..=MAX_CUT {
+            weights.by_square[square] = if dimension == 2 {
+                let beside = |k: usize| 2.0 * weight(square + k * k);
+                spacing * (weight(square) + (1..=MAX_REACH).map(beside).sum::<f64>())
+            } else {
+                weight(square)
+            };
+            if weights.by_square[square] > 0.0 {
                 weights.cut = square;
             }
         }

@@ -34,8 +34,8 @@ pub struct Block<'a> {
     pub planes: Range<usize>,
     /// Results of these planes.
     pub out: Results<'a>,
-    /// Second results of these planes.
-    pub side: Results<'a>,
+    /// More results of these planes.
+    pub sides: [Results<'a>; 2],
 }
 
 /// Results of some planes, on all of their tiles or on those of a part.
@@ -82,9 +82,21 @@ impl<'a> Results<'a> {
     }
 }
 
+/// Cuts all of them before a tile of the body.
+fn split(results: [Results<'_>; 2], tile: usize) -> ([Results<'_>; 2], [Results<'_>; 2]) {
+    let [first, second] = results.map(|results| results.split(tile));
+    ([first.0, second.0], [first.1, second.1])
+}
+
 /// Every column of tiles, cut into blocks of planes where the pieces of the threads meet. What a particle gets does
 /// not depend on the block it is in. Only blocks with tiles of `part` are worked on, if there is one.
-pub fn for_each_block(lattice: &Lattice, part: Option<&Part>, [out, side]: [Results<'_>; 2], sum: &impl Sum) {
+pub fn for_each_block(
+    lattice: &Lattice,
+    part: Option<&Part>,
+    out: Results<'_>,
+    sides: [Results<'_>; 2],
+    sum: &impl Sum,
+) {
     let (tiles, cut) = (&lattice.tiles, lattice.weights.cut);
     if tiles.is_empty() {
         return;
@@ -95,7 +107,7 @@ pub fn for_each_block(lattice: &Lattice, part: Option<&Part>, [out, side]: [Resu
     };
     let reach = reach(cut).max(1);
     let planes = 0..tiles.columns * tiles.planes;
-    Blocks { sum, cut, tiles, part, reach, arch: Arch::new() }.pieces(planes, pieces, out, side);
+    Blocks { sum, cut, tiles, part, reach, arch: Arch::new() }.pieces(planes, pieces, out, sides);
 }
 
 /// How a field is cut into blocks. Planes are numbered through all columns.
@@ -124,18 +136,18 @@ impl<K: Sum> Blocks<'_, K> {
     }
 
     /// Cuts `planes` into so many pieces with about as many tiles each.
-    fn pieces(&self, planes: Range<usize>, pieces: usize, out: Results<'_>, side: Results<'_>) {
+    fn pieces(&self, planes: Range<usize>, pieces: usize, out: Results<'_>, sides: [Results<'_>; 2]) {
         let is_worth_it = pieces > 1 && planes.len() >= 2 * PIECE_REACHES * self.reach;
         let middle = if is_worth_it { self.middle(&planes, pieces) } else { planes.start };
         if middle == planes.start || middle == planes.end {
-            self.run(planes, out, side);
+            self.run(planes, out, sides);
             return;
         }
         let (out, out_after) = out.split(self.tile(middle));
-        let (side, side_after) = side.split(self.tile(middle));
+        let (sides, sides_after) = split(sides, self.tile(middle));
         rayon::join(
-            || self.pieces(planes.start..middle, pieces / 2, out, side),
-            || self.pieces(middle..planes.end, pieces - pieces / 2, out_after, side_after),
+            || self.pieces(planes.start..middle, pieces / 2, out, sides),
+            || self.pieces(middle..planes.end, pieces - pieces / 2, out_after, sides_after),
         );
     }
 
@@ -154,19 +166,19 @@ impl<K: Sum> Blocks<'_, K> {
     }
 
     /// Works on `planes`, column by column.
-    fn run(&self, planes: Range<usize>, mut out: Results<'_>, mut side: Results<'_>) {
+    fn run(&self, planes: Range<usize>, mut out: Results<'_>, mut sides: [Results<'_>; 2]) {
         let (mut at, of_column) = (planes.start, self.tiles.planes);
         while at < planes.end {
             let column = at / of_column;
             let end = planes.end.min((column + 1) * of_column);
             let (out_here, out_rest) = out.split(self.tile(end));
-            let (side_here, side_rest) = side.split(self.tile(end));
+            let (sides_here, sides_rest) = split(sides, self.tile(end));
             if self.start(end) > self.start(at) {
                 let planes = at - column * of_column..end - column * of_column;
-                let block = Block { tiles: self.tiles, column, planes, out: out_here, side: side_here };
+                let block = Block { tiles: self.tiles, column, planes, out: out_here, sides: sides_here };
                 self.arch.dispatch(Task { sum: self.sum, cut: self.cut, block });
             }
-            (at, out, side) = (end, out_rest, side_rest);
+            (at, out, sides) = (end, out_rest, sides_rest);
         }
     }
 }

@@ -5,24 +5,30 @@
 //! kernel's full order, for any displacement, and without any change where nothing has moved. Outside of
 //! the body the map is continued along straight lines through its nodes.
 
-use super::gather::gather;
+use super::gather::{gather, with_slopes};
 use super::nodes::{NodeLattice, NodeValues};
 use super::{LONGEST_ROW, RemeshError};
 use crate::kernel::RemeshKernel;
-use crate::tensor::Vec3;
+use crate::tensor::{Mat3, Vec3};
+use nalgebra::SVector;
 use rayon::prelude::*;
 
-/// Rounds of the inversion x = xi + shift(xi); each shrinks the error by the strain since the last remesh.
-const ROUNDS: usize = 60;
-/// Error of the inversion that is good enough, in spacings.
-const CONVERGED: f64 = 1e-12;
-/// Error beyond which a node counts as not reached.
-const ACCEPTED: f64 = 1e-6;
+/// Steps of Newton's method for x = xi + shift(xi), and after how many of them steps are halved: the kernel's second
+/// derivatives may jump.
+const STEPS: usize = 40;
+/// See [`STEPS`].
+const WHOLE_STEPS: usize = 10;
+/// Longest step, in spacings.
+const LONGEST_STEP: f64 = 1.0;
+/// Residual of the inversion that is good enough, in spacings.
+const CONVERGED: f64 = 1e-13;
+/// Residual beyond which a node counts as not reached.
+const ACCEPTED: f64 = 1e-8;
 
+/// Layers of continued values beyond the reach of the kernel.
+const LAYERS: usize = 2;
 /// Most places of the box around the nodes.
 const MOST_PLACES: usize = 1 << 28;
-/// Where a node is that the continued map does not reach.
-const NOWHERE: Vec3 = Vec3::new(f64::NAN, f64::NAN, f64::NAN);
 
 /// Index of a node.
 type Node = [i64; 3];
@@ -36,7 +42,7 @@ pub struct Carried<'a, const D: usize> {
     pub nodes: &'a [Node],
     /// How far each has moved.
     pub shift: &'a [Vec3],
-    /// Values a particle.
+    /// Values a particle, three or more.
     pub columns: usize,
     /// Values, particle by particle.
     pub values: &'a [f64],
@@ -49,6 +55,8 @@ pub struct Arrived {
     pub nodes: Vec<Node>,
     /// Values, node by node.
     pub values: Vec<f64>,
+    /// Gradients, where the body is now, of the vector that the first three values are.
+    pub gradients: Vec<Mat3>,
 }
 
 impl<const D: usize> Carried<'_, D> {
@@ -57,35 +65,30 @@ impl<const D: usize> Carried<'_, D> {
     /// # Errors
     /// Particles that no lattice holds.
     pub fn follow(&self, kernel: RemeshKernel) -> Result<Arrived, RemeshError> {
-        let field = self.continued(kernel.reach() + 1)?;
-        let (targets, mut xi) = self.targets()?;
-        let x: Vec<Vec3> = targets.iter().map(|n| self.lattice.position(*n)).collect();
-        let columns = field.columns;
-        let (mut values, mut error) = (Vec::new(), vec![f64::INFINITY; x.len()]);
-        for _ in 0..ROUNDS {
-            values = gather(kernel, &field, &xi);
-            xi.par_iter_mut().zip(&x).zip(&mut error).zip(values.par_chunks(columns)).for_each(
-                |(((xi, x), error), value)| {
-                    // Where the nodes around xi are not all there, their weights do not sum to 1.
-                    let there = (value[0] - 1.0).abs() < 1e-12;
-                    let next = if there { x - Vec3::from_column_slice(&value[1..4]) } else { NOWHERE };
-                    *error = (next - *xi).norm() / self.lattice.spacing;
-                    *xi = next;
-                },
-            );
-            if error.iter().all(|e| *e < CONVERGED || e.is_nan()) {
-                break;
-            }
-        }
-        let reached = |n: &usize| error[*n] < ACCEPTED;
-        let reached: Vec<usize> = (0..x.len()).filter(reached).collect();
+        let field = self.continued(kernel.reach() + LAYERS)?;
+        let (targets, guesses) = self.targets()?;
+        let starts: Vec<Option<Vec3>> = targets
+            .par_iter()
+            .zip(&guesses)
+            .map(|(target, guess)| start_of(kernel, &field, &self.lattice.position(*target), guess))
+            .collect();
+        let reached = || targets.iter().zip(&starts).filter_map(|(node, xi)| Some((*node, (*xi)?)));
+        let xi: Vec<Vec3> = reached().map(|(_, xi)| xi).collect();
+        let values = gather(kernel, &field, &xi);
+        let carried = values.chunks(field.columns).flat_map(|row| &row[4..]).copied();
+        let gradient = |xi: &Vec3| {
+            let (_, slopes) = with_slopes::<D, 7>(kernel, &field, xi);
+            let of = |first: usize| {
+                let column = |v: &SVector<f64, 7>| Vec3::new(v[first], v[first + 1], v[first + 2]);
+                Mat3::from_columns(&slopes.each_ref().map(column))
+            };
+            let motion = Mat3::identity() + of(1);
+            motion.try_inverse().map_or_else(Mat3::zeros, |inverse| of(4) * inverse)
+        };
         Ok(Arrived {
-            nodes: reached.iter().map(|&n| targets[n]).collect(),
-            values: reached
-                .iter()
-                .flat_map(|&n| &values[n * columns + 4..(n + 1) * columns])
-                .copied()
-                .collect(),
+            nodes: reached().map(|(node, _)| node).collect(),
+            values: carried.collect(),
+            gradients: xi.par_iter().map(gradient).collect(),
         })
     }
 
@@ -146,6 +149,47 @@ impl<const D: usize> Carried<'_, D> {
             .map(|((z, y, x), _, a)| ([x, y, z], self.lattice.position([x, y, z]) - self.shift[a]))
             .unzip())
     }
+}
+
+/// Where on the lattice what is now at `x` started, by Newton's method from a guess; `None` where the continued map does not
+/// reach.
+fn start_of<const D: usize>(
+    kernel: RemeshKernel,
+    field: &NodeValues<D>,
+    x: &Vec3,
+    guess: &Vec3,
+) -> Option<Vec3> {
+    let spacing = field.lattice.spacing;
+    let mut xi = *guess;
+    let mut best = (f64::INFINITY, xi);
+    let mut last = Vec3::zeros();
+    for step in 0..STEPS {
+        let (value, slopes) = with_slopes::<D, 4>(kernel, field, &xi);
+        // Where the nodes around xi are not all there, their weights do not sum to 1: back half way.
+        if (value[0] - 1.0).abs() > 1e-12 {
+            last *= -0.5;
+            if step == 0 || last.norm() < 1e-3 * spacing {
+                break;
+            }
+            xi += last;
+            last = -last;
+            continue;
+        }
+        let shift = |v: &SVector<f64, 4>| Vec3::new(v[1], v[2], v[3]);
+        let residual = x - xi - shift(&value);
+        if residual.norm() < best.0 {
+            best = (residual.norm(), xi);
+        }
+        if residual.norm() < CONVERGED * spacing {
+            break;
+        }
+        let motion = Mat3::identity() + Mat3::from_columns(&slopes.each_ref().map(shift));
+        let whole = motion.try_inverse().unwrap_or_else(Mat3::identity) * residual;
+        let length = (LONGEST_STEP * spacing / whole.norm()).min(if step < WHOLE_STEPS { 1.0 } else { 0.5 });
+        last = whole * length;
+        xi += last;
+    }
+    (best.0 < ACCEPTED * spacing).then_some(best.1)
 }
 
 /// Marks a place where nothing is known.

@@ -4,7 +4,7 @@ use super::occupy::neighbours;
 use super::{Body, is_cut};
 use crate::grid::Grid;
 use crate::shape::Shape;
-use crate::tensor::Vec3;
+use crate::tensor::{Mat3, Vec3};
 
 /// Fine cells along an edge of a cell.
 const FINE: usize = 4;
@@ -14,7 +14,7 @@ const BLOCK: usize = FINE * FINE * FINE;
 const FULL: u32 = u32::MAX;
 const EMPTY: u32 = u32::MAX - 1;
 
-/// Inside fraction of cells of a body's lattice at any place.
+/// Inside fraction of cells, at any place and deformed.
 ///
 /// Cells that the surface cuts are filled on a lattice four times as fine. (Between the fractions of whole cells their
 /// mean by overlap would be that of a surface smeared over two of them.)
@@ -86,35 +86,38 @@ impl InsideFraction {
         Self { grid, block, fine }
     }
 
-    /// Inside fraction, 0 to 1, of the cell around `x`; 0 where `x` is not finite.
-    pub fn at(&self, x: &Vec3) -> f64 {
-        // Its lower corner, in fine cells from the first one.
-        let corner = (x - self.grid.origin) / self.grid.spacing - Vec3::repeat(0.5);
-        let corner = corner * FINE as f64;
+    /// Inside fraction, 0 to 1, of the parallelepiped around `x` that is the image of a cell under a linear map; 0 where `x` is
+    /// not finite.
+    pub fn of_image(&self, x: &Vec3, map: &Mat3) -> f64 {
+        let part = |k: usize| (k as f64 + 0.5) / FINE as f64 - 0.5;
+        let mut sum = 0.0;
+        for k in 0..BLOCK {
+            let at = Vec3::new(part(k % FINE), part(k / FINE % FINE), part(k / FINE / FINE));
+            sum += self.beside(&(x + map * at * self.grid.spacing));
+        }
+        sum / BLOCK as f64
+    }
+
+    /// Inside fraction of the cube as large as a fine cell around `x`.
+    fn beside(&self, x: &Vec3) -> f64 {
+        let corner = (x - self.grid.origin) / self.grid.spacing * FINE as f64 - Vec3::repeat(0.5);
         let last = self.grid.cells.map(|n| (n * FINE) as f64);
-        if !(0..3).all(|i| corner[i] > -(FINE as f64) && corner[i] < last[i]) {
+        if !(0..3).all(|i| corner[i] > -1.0 && corner[i] < last[i]) {
             return 0.0;
         }
         let low = corner.map(f64::floor);
         let part = corner - low;
-        let low: [isize; 3] = std::array::from_fn(|i| low[i] as isize);
-        // Length of the overlap with the n-th fine cell along an axis.
-        let overlap = |axis: usize, n: usize| match n {
-            0 => 1.0 - part[axis],
-            FINE => part[axis],
-            _ => 1.0,
-        };
-        let mut sum = 0.0;
-        for k in 0..=FINE {
-            for j in 0..=FINE {
-                let across = overlap(2, k) * overlap(1, j);
-                for i in 0..=FINE {
-                    let cell = [low[0] + i as isize, low[1] + j as isize, low[2] + k as isize];
-                    sum += across * overlap(0, i) * self.fine(cell);
+        (0..8)
+            .map(|c| {
+                let upper = [c & 1, c >> 1 & 1, c >> 2];
+                let share: f64 =
+                    (0..3).map(|i| if upper[i] == 1 { part[i] } else { 1.0 - part[i] }).product();
+                if share == 0.0 {
+                    return 0.0;
                 }
-            }
-        }
-        sum / BLOCK as f64
+                share * self.fine(std::array::from_fn(|i| low[i] as isize + upper[i] as isize))
+            })
+            .sum()
     }
 
     /// Inside fraction of a fine cell.
@@ -141,6 +144,11 @@ mod tests {
     use crate::shape::{BoxShape, SphereShape};
     use proptest::prelude::*;
 
+    /// Of a cell as it was.
+    fn at(inside: &InsideFraction, x: &Vec3) -> f64 {
+        inside.of_image(x, &Mat3::identity())
+    }
+
     /// Of one dimension: the overlap of a cell around `x` with the interval.
     fn overlap(x: f64, dx: f64, interval: (f64, f64)) -> f64 {
         ((x + 0.5 * dx).min(interval.1) - (x - 0.5 * dx).max(interval.0)).max(0.0) / dx
@@ -158,7 +166,7 @@ mod tests {
             let body = sample(&shape, Resolution::Spacing(dx), &[]).unwrap();
             let inside = InsideFraction::new(&shape, &body);
             let exact: f64 = x.iter().map(|x| overlap(*x, dx, (-0.5, 0.5))).product();
-            let found = inside.at(&Vec3::from(x));
+            let found = at(&inside, &Vec3::from(x));
             // What a face leaves of a fine cell is taken to be spread over it: a quarter of its length at most, for each
             // axis that has a face at the cell.
             let is_cut = |x: &&f64| x.abs() + 0.5 * dx > 0.5 - dx / FINE as f64;
@@ -177,7 +185,7 @@ mod tests {
             let cells = -6..=6;
             let sum: f64 = cells.clone()
                 .flat_map(|k| cells.clone().flat_map(move |j| (-6..=6).map(move |i| [i, j, k])))
-                .map(|c: [i32; 3]| inside.at(&Vec3::from_fn(|i, _| (f64::from(c[i]) + shift[i]) * dx)))
+                .map(|c: [i32; 3]| at(&inside, &Vec3::from_fn(|i, _| (f64::from(c[i]) + shift[i]) * dx)))
                 .sum();
             let exact = std::f64::consts::PI / 6.0;
             prop_assert!((sum * dx.powi(3) / exact - 1.0).abs() < 2e-3, "{}", sum * dx.powi(3) / exact);
@@ -190,10 +198,10 @@ mod tests {
         let body = sample(&shape, Resolution::Spacing(0.25), &[]).unwrap();
         let inside = InsideFraction::new(&shape, &body);
         assert!(inside.fine.is_empty());
-        assert!((inside.at(&Vec3::new(0.3, 0.61, 0.5)) - 1.0).abs() < 1e-12);
+        assert!((at(&inside, &Vec3::new(0.3, 0.61, 0.5)) - 1.0).abs() < 1e-12);
         for x in [Vec3::repeat(1.2), Vec3::repeat(1e300), Vec3::repeat(f64::NAN), Vec3::new(0.5, 0.5, -7.0)] {
-            assert!(inside.at(&x) == 0.0);
+            assert!(at(&inside, &x) == 0.0);
         }
-        assert!((inside.at(&Vec3::new(0.5, 0.5, 1.05)) - 0.3).abs() < 1e-12);
+        assert!((at(&inside, &Vec3::new(0.5, 0.5, 1.05)) - 0.3).abs() < 1e-12);
     }
 }

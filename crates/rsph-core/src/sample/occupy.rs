@@ -26,7 +26,8 @@ pub(super) fn occupy(shape: &dyn Shape, grid: Grid) -> Occupied {
     let piece = largest_piece(&grid, &filled);
     let dropped: f64 =
         filled.iter().map(|&c| fraction[c]).sum::<f64>() - piece.iter().map(|&c| fraction[c]).sum::<f64>();
-    let dropped_volume = if piece.len() == filled.len() { 0.0 } else { dropped * grid.spacing.powi(3) };
+    let dropped_volume =
+        if piece.len() == filled.len() { 0.0 } else { dropped * grid.spacing.powi(shape.dimension() as i32) };
     let cells: Vec<_> = piece.iter().map(|&c| coordinates(&grid, c)).collect();
     let share = shares(&grid, &fraction, &piece);
     let (grid, cells) = trimmed(grid, cells);

@@ -1,7 +1,10 @@
 //! A body cut by a plane: what is beyond it is not there.
 
-use super::{BoxShape, MeshShape, Shape};
+use super::fill::fill_by_distance;
+use super::{BoxShape, MeshShape, RectangleShape, Shape};
 use crate::error::InvalidInput;
+use crate::grid::{Bounds, Grid};
+use crate::mesh::TriangleMesh;
 use crate::tensor::Vec3;
 use std::sync::Arc;
 
@@ -38,10 +41,60 @@ pub fn cut(
         let mut bounds = shape.bounds();
         let corner = if normal[axis] > 0.0 { &mut bounds.max } else { &mut bounds.min };
         corner[axis] = point[axis];
-        return Ok(Arc::new(BoxShape::new(bounds.size(), bounds.min)?));
+        let (size, min) = (bounds.size(), bounds.min);
+        return Ok(match shape.dimension() {
+            2 => Arc::new(RectangleShape::new([size.x, size.y], [min.x, min.y])?),
+            _ => Arc::new(BoxShape::new(size, min)?),
+        });
     }
     let left = surface.cut(point, &-normal, tolerance);
+    if shape.dimension() == 2 {
+        let bounds = left.mesh.bounds().unwrap_or_else(|| shape.bounds());
+        let (whole, surface) = (Arc::clone(shape), left.mesh);
+        return Ok(Arc::new(PlanePart { whole, point: *point, normal: *normal, bounds, surface }));
+    }
     Ok(Arc::new(MeshShape::new(&left.mesh, &shape.name())?.0))
+}
+
+/// A body in the plane before a line.
+#[derive(Debug)]
+struct PlanePart {
+    whole: Arc<dyn Shape>,
+    point: Vec3,
+    normal: Vec3,
+    bounds: Bounds,
+    surface: TriangleMesh,
+}
+
+impl Shape for PlanePart {
+    fn name(&self) -> String {
+        self.whole.name()
+    }
+
+    fn dimension(&self) -> usize {
+        2
+    }
+
+    /// Inside exact; outside beside a corner the distance from a line through it, which is less.
+    fn signed_distance(&self, x: &Vec3) -> f64 {
+        self.whole.signed_distance(x).max((x - self.point).dot(&self.normal))
+    }
+
+    fn bounds(&self) -> Bounds {
+        self.bounds
+    }
+
+    fn volume(&self) -> f64 {
+        self.surface.volume()
+    }
+
+    fn surface(&self) -> &TriangleMesh {
+        &self.surface
+    }
+
+    fn fill(&self, grid: &Grid) -> Vec<f64> {
+        fill_by_distance(grid, |x| self.signed_distance(x))
+    }
 }
 
 #[cfg(test)]

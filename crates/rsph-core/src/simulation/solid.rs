@@ -4,6 +4,7 @@ mod assemble;
 mod held;
 mod lay;
 mod level_set;
+mod plane;
 mod state;
 mod surface_reading;
 
@@ -15,7 +16,7 @@ use super::remeshing::Relaid;
 use super::time_step::choose_pace;
 use crate::boundary::constraints::Constraints;
 use crate::boundary::nodal_load::NodalLoad;
-use crate::boundary::surface_quadrature::SurfaceQuadrature;
+use crate::boundary::surface_quadrature::{SurfaceQuadrature, rim};
 use crate::boundary::tag;
 use crate::dynamics::Dynamics;
 use crate::dynamics::elastic::Elastic;
@@ -47,7 +48,8 @@ pub(super) struct Solid {
     /// Its surface as the zero of its level set, undeformed.
     zero_surface: TriangleMesh,
     held: Held,
-    /// The surface of the shape without pieces that hold no particle, if there are such.
+    /// The surface that is loaded and held where it is not that of the shape: without pieces that hold no particle, or the rim
+    /// of a body in the plane.
     kept_surface: Option<Arc<TriangleMesh>>,
     undeformed: Undeformed,
     laid: Laid,
@@ -148,7 +150,10 @@ impl Solid {
         let anew = setup.remesh.trigger != RemeshTrigger::Never;
         let (undeformed, laid) = Undeformed::new(shape, &body, anew);
         let notes = left_out(&body, shape);
-        let kept_surface = body.kept_surface.take().map(Arc::new);
+        let kept_surface = match shape.dimension() {
+            2 => Some(Arc::new(rim(shape.surface(), dx))),
+            _ => body.kept_surface.take().map(Arc::new),
+        };
         let Body { level_set, surface: zero_surface, cells, fraction, volume, .. } = body;
         drop((cells, fraction, volume));
         let n = laid.len();
@@ -165,14 +170,14 @@ impl Solid {
         if !is_paper {
             elastic = elastic.with_surface(&quadrature, held.holds(), &laid.cut, &positions);
         }
-        elastic.loads = laid.loads(setup, &elastic, &quadrature, &held)?;
+        elastic.loads = laid.loads(setup, &elastic, (surface, &quadrature), &held)?;
         let mut reading = (!is_paper)
             .then(|| SurfaceReading::new(shape, &held, &quadrature.points(), &zero_surface.vertices, dx));
         drop(quadrature);
-        let cloud = Cloud::new(&positions, &laid.volume, dx);
+        let cloud = Cloud::new(&positions, &laid.volume, dx).in_dimension(shape.dimension());
         let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
         let probe = |(i, p)| {
-            let probe = TaggedProbe::new(i, p, shape, &positions, &laid.volume, dx, weights)?;
+            let probe = TaggedProbe::new(i, p, (shape, surface), &positions, &laid.volume, dx, weights)?;
             Ok(if anew { probe } else { probe.settled() })
         };
         let probes = setup.probes.iter().enumerate().map(probe).collect::<Result<Vec<_>, _>>()?;
@@ -269,7 +274,12 @@ impl Solid {
 
     /// The particles at their reference `positions`.
     fn cloud<'a>(&'a self, positions: &'a [Vec3]) -> Cloud<'a> {
-        Cloud::new(positions, &self.laid.volume, self.spacing)
+        self.cloud_of(positions, &self.laid.volume)
+    }
+
+    /// Particles with these volumes at their reference `positions`.
+    fn cloud_of<'a>(&self, positions: &'a [Vec3], volume: &'a [f64]) -> Cloud<'a> {
+        Cloud::new(positions, volume, self.spacing).in_dimension(self.setup.shape.dimension())
     }
 
     /// Particles laid anew with the dynamics of them.
@@ -284,7 +294,8 @@ impl Solid {
             self.boundary_surface(),
         )?;
         let (laid, mut elastic, mut new) = (anew.laid, anew.elastic, anew.particles);
-        elastic.loads = laid.loads(setup, &elastic, &anew.quadrature, &self.held)?;
+        let surface = (self.boundary_surface(), &anew.quadrature);
+        elastic.loads = laid.loads(setup, &elastic, surface, &self.held)?;
         let (shape, restore) = (&*setup.shape, setup.remesh.restore_level_set);
         let level_set = if restore {
             let (nodes, undeformed) = &anew.around;
@@ -294,7 +305,13 @@ impl Solid {
             level_set::carried(shape, &laid.positions())
         };
         new.set(Field::LevelSet, Column::from_vec(level_set, laid.len()));
-        elastic.linearise(time, new.column(Field::Displacement).values());
+        let u = new.column(Field::Displacement).values();
+        elastic.linearise(time, u);
+        if !elastic.is_linear()
+            && let Some((a, _)) = elastic.smallest_jacobian(time, u).filter(|(_, j)| *j <= 0.0)
+        {
+            return Err(LayError::Inverted(laid.reference.vector(a)));
+        }
         // The interpolation leaves a little momentum behind, or makes some.
         let lost = momentum(particles) - momentum(&new);
         let missing = lost / total_mass(&new);
@@ -305,7 +322,7 @@ impl Solid {
                 *v += missing;
             }
         }
-        if elastic.lift.is_empty() && elastic.fixed.particles.is_empty() {
+        if elastic.lift.is_empty() && elastic.fixed.is_free(setup.shape.dimension()) {
             restore_spin(spin(particles).2, &mut new);
         }
         let relaid = Relaid {
@@ -337,7 +354,10 @@ impl Model for Solid {
 
     fn strain(&mut self, particles: &Particles, time: f64, _dt: f64) -> f64 {
         let now = self.matter.gradient(particles, time);
-        now.iter().zip(&self.laid_at).map(|(now, then)| (now - then).norm()).fold(0.0, f64::max)
+        let turns = matches!(&self.matter, Matter::Adjoint(elastic) if !elastic.is_linear());
+        let change =
+            |(now, then): (&Mat3, &Mat3)| if turns { stretch(now, then) } else { (now - then).norm() };
+        now.iter().zip(&self.laid_at).map(change).fold(0.0, f64::max)
     }
 
     fn disorder(&self, particles: &Particles, moment: Moment) -> Option<Failure> {
@@ -370,13 +390,13 @@ impl Model for Solid {
         let quadrature = self
             .quadrature
             .get_or_insert_with(|| self.laid.quadrature(&self.setup, surface, self.spacing, &self.held));
-        match self.laid.loads(&self.setup, elastic, quadrature, &self.held) {
+        match self.laid.loads(&self.setup, elastic, (surface, quadrature), &self.held) {
             Ok(new) => {
                 elastic.loads = new;
                 if let Some(reading) = &mut self.reading {
                     // The strain of the surface goes on from what the loads before have done.
                     std::mem::swap(&mut self.setup.loads, &mut before);
-                    reading.settle(&Loading::of(&self.setup, self.spacing), time, false);
+                    reading.settle(&Loading::of(&self.setup, surface, self.spacing), time, false);
                     std::mem::swap(&mut self.setup.loads, &mut before);
                 }
             }
@@ -389,8 +409,9 @@ impl Model for Solid {
     }
 
     fn settle(&mut self, time: f64) {
+        let surface = self.kept_surface.as_deref().unwrap_or_else(|| self.setup.shape.surface());
         if let Some(reading) = &mut self.reading {
-            reading.settle(&Loading::of(&self.setup, self.spacing), time, true);
+            reading.settle(&Loading::of(&self.setup, surface, self.spacing), time, true);
         }
     }
 
@@ -414,7 +435,7 @@ impl Model for Solid {
         self.probes.push(TaggedProbe::new(
             index,
             probe,
-            &*self.setup.shape,
+            (&*self.setup.shape, self.boundary_surface()),
             &positions,
             volume,
             dx,
@@ -427,7 +448,7 @@ impl Model for Solid {
     fn surface(&self, snapshot: &Snapshot) -> Surface {
         let reference = snapshot.column(Field::Reference);
         let positions: Vec<Vec3> = (0..reference.len()).map(|a| reference.vector(a)).collect();
-        let cloud = Cloud::new(&positions, snapshot.column(Field::Volume).values(), self.spacing);
+        let cloud = self.cloud_of(&positions, snapshot.column(Field::Volume).values());
         let mut other = None;
         let fits = if Arc::ptr_eq(&self.fits.reference, &reference.share()) {
             &self.fits
@@ -437,7 +458,7 @@ impl Model for Solid {
         };
         let mut surface = Surface::new(&self.zero_surface, &fits.weights, snapshot);
         if let Some(reading) = self.reading.as_ref().filter(|_| snapshot.particles.has(Field::Strain)) {
-            let loading = Loading::of(&self.setup, self.spacing);
+            let loading = Loading::of(&self.setup, self.boundary_surface(), self.spacing);
             let (u, v) = (snapshot.column(Field::Displacement), snapshot.column(Field::Velocity));
             let relaxation_time = self.setup.material.relaxation_time();
             let effective = |a: usize| u.vector(a) + relaxation_time * v.vector(a);
@@ -458,7 +479,9 @@ impl Model for Solid {
         let reference = particles.column(Field::Reference).share();
         if !Arc::ptr_eq(&self.probed, &reference) {
             let positions = self.laid.positions();
-            let cloud = Cloud::new(&positions, &self.laid.volume, self.spacing).sharp();
+            let dimension = self.setup.shape.dimension();
+            let cloud =
+                Cloud::new(&positions, &self.laid.volume, self.spacing).in_dimension(dimension).sharp();
             for probe in &mut self.probes {
                 probe.find(particles.len(), |points| PointWeights::new(&cloud, points));
             }
@@ -484,6 +507,15 @@ impl Model for Solid {
         }
         readings
     }
+}
+
+/// How far the ratio of a length now and then is from 1 at most, from the displacement gradients; one below 1 counts as its
+/// inverse.
+fn stretch(now: &Mat3, then: &Mat3) -> f64 {
+    let Some(back) = (Mat3::identity() + then).try_inverse() else { return f64::INFINITY };
+    let f = (Mat3::identity() + now) * back;
+    let squares = (f.transpose() * f).symmetric_eigenvalues();
+    squares.max().max(1.0 / squares.min()).sqrt() - 1.0
 }
 
 /// Where the particles are now, their centre of mass, and their angular momentum about it.
@@ -544,25 +576,11 @@ fn left_out(body: &Body, shape: &dyn Shape) -> Option<String> {
     })
 }
 
-/// A plane body, which takes laws that are not linear only.
-///
-/// # Errors
-/// `body.shape` when the body is plane.
-pub(super) fn plane_body(setup: &Setup) -> Result<(), InvalidInput> {
-    if setup.shape.dimension() == 3 {
-        return Ok(());
-    }
-    Err(InvalidInput::new(
-        "body.shape",
-        setup.shape.name(),
-        "is a plane body, which needs a law for any deformation (plane strain)",
-        "take material.model = \"neo-hookean\", or a body in space such as a box",
-    ))
-}
-
 /// What only a prescribed motion has.
 fn check_solid(setup: &Setup) -> Result<(), InvalidInput> {
-    plane_body(setup)?;
+    if setup.shape.dimension() == 2 {
+        plane::check(setup)?;
+    }
     if setup.solver.formulation == Formulation::Paper && setup.material.law().finite_strain().is_some() {
         return Err(InvalidInput::new(
             "solver.formulation",

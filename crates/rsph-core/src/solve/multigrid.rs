@@ -211,7 +211,9 @@ fn smoothing(material: &dyn Material) -> usize {
 /// Trilinear hexahedra on the blocks.
 fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
     let n = elastic.len();
-    let edge = BLOCK as f64 * elastic.lattice.spacing;
+    let full = (BLOCK as f64).powi(elastic.lattice.dimension as i32) * elastic.lattice.cell_volume();
+    // K of a cube is its edge times that of a unit cube, K of a square of height one that of a unit cube.
+    let size = full / (BLOCK as f64 * elastic.lattice.spacing).powi(2);
     let locks = ratio_of_moduli(&*elastic.material) > NEARLY_INCOMPRESSIBLE;
     let stiffness = hexahedra::stiffness(&elastic.stiffness, if locks { COARSE_PRESSURE } else { 1.0 });
     let strength: Vec<f64> = transfer
@@ -223,7 +225,7 @@ fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
                 .filter(|a| **a != NO_PARTICLE)
                 .map(|&a| elastic.moments_of(a as usize).volume)
                 .sum();
-            (volume / edge.powi(3)).max(LEAST_FULL) * edge
+            (volume / full).max(LEAST_FULL) * size
         })
         .collect();
     let mut held_particle = vec![0.0; 3 * n];
@@ -255,15 +257,16 @@ fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
     // Held faces are springs on the nodes around them.
     let mut springs = vec![Vec::new(); nodes];
     let stiffness_of_hold = HOLD * elastic.material.young_modulus() / elastic.lattice.spacing;
+    let slot_of = |node: u32, other: u32| {
+        let place = |node: u32| transfer.nodes.coordinates[node as usize];
+        slot(std::array::from_fn(|i| place(other)[i] - place(node)[i]))
+    };
     for (x, projector, area) in elastic.lift.places() {
         let Some(corners) = transfer.corners_at(elastic, &x) else { continue };
         for (m, weight) in corners {
             for (n, other) in corners {
-                let o = std::array::from_fn(|i| {
-                    transfer.nodes.coordinates[n as usize][i] - transfer.nodes.coordinates[m as usize][i]
-                });
                 let spring = projector * (stiffness_of_hold * area * weight * other);
-                springs[m as usize].push((slot(o), n, spring));
+                springs[m as usize].push((slot_of(m, n), n, spring));
             }
         }
     }
@@ -274,10 +277,8 @@ fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
             row[*place] += Mat3::from_fn(|i, j| if is_free(i, j) { spring[(i, j)] } else { 0.0 });
         }
         for (k, &block) in transfer.blocks_of[node].iter().enumerate().filter(|(_, b)| **b != NO_NODE) {
-            let here = hexahedra::corner(7 - k);
             for (c, &other) in transfer.nodes_of[block as usize].iter().enumerate() {
-                let there = hexahedra::corner(c);
-                let place = slot(std::array::from_fn(|i| there[i] as i32 - here[i] as i32));
+                let place = slot_of(node as u32, other);
                 let mut part = stiffness[7 - k][c] * strength[block as usize];
                 for i in 0..3 {
                     for j in 0..3 {

@@ -44,7 +44,7 @@ pub struct Newton<'a> {
     pub force: Vec<f64>,
     /// Loads and internal forces, zero where the body is held.
     residual: Vec<f64>,
-    /// |residual| of the undeformed body or of the state at the start, the larger: what others are compared with.
+    /// The largest |residual| at the start of a load step or of the undeformed body: what others are compared with.
     pub reference: f64,
     /// Iterations of the linear solver.
     pub iterations: usize,
@@ -86,7 +86,8 @@ impl<'a> Newton<'a> {
         };
         let mut undeformed = zeros();
         newton.impose(1.0, &mut undeformed);
-        newton.reference = newton.residual_at(1.0, &undeformed);
+        let size = newton.residual_at(1.0, &undeformed);
+        newton.compare_with(size);
         newton
     }
 
@@ -111,6 +112,14 @@ impl<'a> Newton<'a> {
         solver.norm(residual)
     }
 
+    /// Takes a residual to compare others with, if it is the largest so far; none where a face that has gone all of its way at once
+    /// turns the undeformed body inside out.
+    fn compare_with(&mut self, size: f64) {
+        if size.is_finite() {
+            self.reference = self.reference.max(size);
+        }
+    }
+
     /// Elastic energy less the work of that share of the loads.
     fn potential(&mut self, share: f64, u: &[f64]) -> f64 {
         let work: f64 = self.load.iter().zip(u).map(|(f, u)| f * u).sum();
@@ -130,10 +139,6 @@ impl<'a> Newton<'a> {
     ) -> Result<(), Trouble> {
         let start = u.to_vec();
         self.impose(1.0, u);
-        let size = self.residual_at(1.0, u);
-        if size.is_finite() {
-            self.reference = self.reference.max(size);
-        }
         match self.load_step(1.0, tolerance, u, watch) {
             Err(Trouble::NotConverged) if !self.elastic.is_linear() => {}
             ended => return ended,
@@ -205,8 +210,9 @@ impl<'a> Newton<'a> {
         watch: &mut dyn FnMut(usize, f64) -> bool,
     ) -> Result<(), Trouble> {
         self.impose(share, u);
-        let goal = tolerance * self.reference;
         let mut size = self.residual_at(share, u);
+        self.compare_with(size);
+        let goal = tolerance * self.reference;
         let mut taken = None;
         for _ in 0..if searches { MAX_SEARCHING_STEPS } else { MAX_STEPS } {
             if size <= 2.0 * goal {

@@ -52,9 +52,10 @@ impl Transfer {
                 (block, place as u8)
             })
             .collect();
+        // In the plane the upper corners of a block are its lower ones.
         let at = |c: &[i32; 3], k: usize| {
             let o = corner(k);
-            std::array::from_fn(|i| c[i] + o[i] as i32)
+            std::array::from_fn(|i| if i < lattice.dimension { c[i] + o[i] as i32 } else { c[i] })
         };
         let nodes = NodeMap::new(blocks.coordinates.iter().flat_map(|c| (0..8).map(move |k| at(c, k))));
         let nodes_of: Vec<[u32; 8]> =

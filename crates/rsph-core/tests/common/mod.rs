@@ -2,16 +2,17 @@
 #![allow(dead_code, clippy::needless_pass_by_value)]
 
 use rsph_core::boundary::constraints::Constraints;
-use rsph_core::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature};
+use rsph_core::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature, rim};
 use rsph_core::dynamics::elastic::Elastic;
 use rsph_core::lattice::Lattice;
 use rsph_core::material::{KelvinVoigt, Material, Model, REGISTRY};
 use rsph_core::mls::Cloud;
+use rsph_core::particles::Column;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::{Resolution, sample};
 use rsph_core::setup::{Boundary, Fix, Solver};
 use rsph_core::shape::{BoxShape, Shape, SphereShape};
-use rsph_core::tensor::Vec3;
+use rsph_core::tensor::{Mat3, Vec3};
 use std::sync::Arc;
 
 /// A reproducible stream of numbers in [-0.5, 0.5).
@@ -81,25 +82,59 @@ pub fn body_of(
     nu: f64,
     boundaries: &[Boundary],
 ) -> TestBody {
-    let sampled = sample(&*shape, resolution, &[]).unwrap();
-    let spacing = sampled.grid.spacing;
-    let positions: Vec<Vec3> = sampled.cells.iter().map(|c| sampled.grid.centre(*c)).collect();
-    let lattice = Lattice::new(&sampled.grid, &sampled.cells, smoothing);
     let material = material.unwrap_or_else(|| Arc::new(KelvinVoigt::new(1.0, 100.0, nu, T).unwrap()));
+    remeshed_body(material, shape, resolution, (smoothing, hourglass), boundaries, None)
+}
+
+/// A body that looks like `shape` when it is remeshed, where it has the displacement `moved`, a function of the place there; with
+/// nothing, the undeformed body.
+pub fn remeshed_body(
+    material: Arc<dyn Material>,
+    shape: Arc<dyn Shape>,
+    resolution: Resolution,
+    (smoothing, hourglass): (f64, f64),
+    boundaries: &[Boundary],
+    moved: Option<&dyn Fn(&Vec3) -> Vec3>,
+) -> TestBody {
+    let sampled = sample(&*shape, resolution, &[]).unwrap();
+    let (spacing, dimension) = (sampled.grid.spacing, shape.dimension());
+    let undeformed = |x: &Vec3| moved.map_or(*x, |moved| x - moved(x));
+    let nodes: Vec<Vec3> = sampled.cells.iter().map(|c| sampled.grid.centre(*c)).collect();
+    let positions: Vec<Vec3> = nodes.iter().map(undeformed).collect();
+    let mut boundary = if dimension == 2 { rim(shape.surface(), spacing) } else { shape.surface().clone() };
+    for x in &mut boundary.vertices {
+        let height = if dimension == 2 { std::mem::take(&mut x.z) } else { 0.0 };
+        *x = undeformed(x) + Vec3::z() * height;
+    }
     let modulus = Solver { smoothing, hourglass, ..Solver::ACCURATE }.hourglass_modulus(100.0);
-    let constraints = Constraints::new(boundaries, shape.surface(), &positions, spacing).unwrap();
-    let cloud = Cloud::new(&positions, &sampled.volume, spacing).for_surface(smoothing);
+    let constraints = Constraints::new(boundaries, &boundary, &positions, spacing).unwrap();
+    let mut fixed = constraints.fixed(&positions).unwrap();
+    if dimension == 2 {
+        fixed.hold_in_plane(positions.len());
+    }
+    let elastic = |volume: &[f64]| {
+        let lattice = Lattice::new(&sampled.grid, &sampled.cells, smoothing, dimension);
+        Elastic::new(lattice, volume, fixed.clone(), Arc::clone(&material), modulus)
+    };
+    let mut volume = sampled.volume.clone();
+    let mut stretch = Vec::new();
+    if moved.is_some() {
+        let d: Vec<Vec3> = nodes.iter().zip(&positions).map(|(x, x0)| x - x0).collect();
+        let d = Column::from_vectors(&d);
+        let back = |g: &Mat3| Mat3::identity() - g;
+        let gradients = elastic(&volume).gradient(0.0, d.values());
+        volume.iter_mut().zip(&gradients).for_each(|(v, g)| *v *= back(g).determinant());
+        let gradients = elastic(&volume).gradient(0.0, d.values());
+        stretch = gradients.iter().map(|g| back(g).try_inverse().unwrap()).collect();
+    }
+    let cloud = Cloud::new(&positions, &volume, spacing).in_dimension(dimension).for_surface(smoothing);
     let fits = |places: &[Vec3]| places.iter().map(|x| cloud.fit_at(x)).collect();
     let particles = LoadedParticles { positions: &positions, fits: &fits };
     let held = |x: &Vec3, n: &Vec3| constraints.held_at(x, n);
-    let surface = SurfaceQuadrature::new(shape.surface(), spacing, &particles, &constraints.holds, &held);
-    let fixed = constraints.fixed(&positions).unwrap();
-    let elastic = Elastic::new(lattice, &sampled.volume, fixed, material, modulus).with_surface(
-        &surface,
-        &constraints.holds,
-        &sampled.cut(),
-        &positions,
-    );
+    let holds = &constraints.holds;
+    let surface = SurfaceQuadrature::new(&boundary, dimension, spacing, &particles, holds, &held);
+    let elastic =
+        elastic(&volume).stretched(stretch).with_surface(&surface, holds, &sampled.cut(), &positions);
     TestBody { elastic, positions, spacing, surface }
 }
 

@@ -147,12 +147,7 @@ pub fn material(
 }
 
 /// Whether, when and how particles are laid anew.
-pub fn remesh(
-    doc: &Document,
-    tables: &Scenario,
-    mechanics: &Mechanics,
-    plane: bool,
-) -> Result<Remesh, ScenarioError> {
+pub fn remesh(doc: &Document, tables: &Scenario, mechanics: &Mechanics) -> Result<Remesh, ScenarioError> {
     let solid = matches!(mechanics, Mechanics::Solid);
     let trigger = match (tables.remesh.every, tables.remesh.interval) {
         (EveryValue::Steps(0), Some(t)) => {
@@ -177,16 +172,8 @@ pub fn remesh(
         Some(RemeshKernelName::Lambda42) | None => RemeshKernel::Lambda42,
     };
     let restore_level_set = tables.remesh.restore_level_set.unwrap_or(false);
-    let nothing_to_restore = match (solid, plane) {
-        (true, false) => None,
-        (true, true) => {
-            Some("is there for bodies in space: the level set of a plane one is that of the undeformed body")
-        }
-        (false, _) => {
-            Some("belongs to a solid: the surface of a prescribed motion is that of the colour, Eq. (8)")
-        }
-    };
-    if let (true, Some(problem)) = (restore_level_set, nothing_to_restore) {
+    if restore_level_set && !solid {
+        let problem = "belongs to a solid: the surface of a prescribed motion is that of the colour, Eq. (8)";
         return Err(doc.error(&KeyPath::from("remesh.restore_level_set"), problem, "remove it"));
     }
     Ok(Remesh { trigger, kernel, restore_level_set })

@@ -35,15 +35,12 @@ impl MemoryError {
 const LEFT_TO_SAMPLING: f64 = 5e7;
 
 /// Bytes a particle needs in a run, measured by the largest memory of runs of 1e4 to 1e6 particles, and rounded up:
-/// laying particles anew takes more than steps do, and sampling a plane body, a slab of thickness one, most.
+/// laying particles anew takes more than steps do.
 fn bytes_a_particle(setup: &Setup) -> f64 {
-    let plane = setup.shape.dimension() == 2;
-
     let stays =
         setup.remesh.trigger == RemeshTrigger::Never && setup.solver.formulation == Formulation::Adjoint;
     match &setup.mechanics {
         Mechanics::Prescribed(_) | Mechanics::Interaction(_) => 4e3,
-        Mechanics::Solid if plane => 110e3,
         Mechanics::Solid if stays => 4e3,
         Mechanics::Solid if setup.shape.is_box() => 9e3,
         Mechanics::Solid => 17e3,

@@ -119,7 +119,7 @@ pub enum ShapeTable {
         #[serde(default)]
         centre: [f64; 3],
     },
-    /// A rectangle in the plane, for plane strain (neo-hookean material); forces are per metre of thickness.
+    /// A rectangle in the plane, for plane strain; forces are per metre of thickness.
     Rectangle {
         /// Edge lengths along x and y (m).
         size: [f64; 2],
@@ -127,7 +127,7 @@ pub enum ShapeTable {
         #[serde(default)]
         corner: [f64; 2],
     },
-    /// A disc in the plane, for plane strain (neo-hookean material).
+    /// A disc in the plane, for plane strain.
     Disc {
         /// Radius (m).
         radius: f64,
@@ -135,7 +135,7 @@ pub enum ShapeTable {
         #[serde(default)]
         centre: [f64; 2],
     },
-    /// A polygon in the plane, for plane strain (neo-hookean material).
+    /// A polygon in the plane, for plane strain.
     Polygon {
         /// Its corners (m), in order around it.
         points: Vec<[f64; 2]>,

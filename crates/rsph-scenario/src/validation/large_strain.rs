@@ -1,4 +1,4 @@
-//! Solids at large strain, with and without remeshing: a cube and a plane block at rest against finite
+//! Solids at finite strain, with and without remeshing: a cube, a plane block and a liver at rest against finite
 //! elements, a disc and a ball that spin freely.
 
 mod liver;
@@ -7,7 +7,6 @@ mod spin;
 
 use super::Row;
 use super::case::history;
-use rsph_core::dynamics::large_strain::body::LargeBody;
 use rsph_core::material::NeoHookean;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
@@ -35,14 +34,14 @@ pub(super) fn run(quick: bool, _folder: &Path) -> Result<Vec<Row>, String> {
     rows.extend(spin::ball(quick)?);
     if !quick {
         let block = history(BLOCK, &[])?;
-        let name = "large strain: block_large_strain.toml at rest";
+        let name = "finite strain: block_large_strain.toml at rest";
         rows.push(Row::within(name, block.last(), BLOCK_EXTENSION, 0.5, "extension"));
     }
     Ok(rows)
 }
 
 /// A body of E = 10, nu = 0.3, rho = 1 without damping, at 1/`n` of a unit of length.
-fn setup(shape: impl Shape + 'static, n: usize, hourglass: f64) -> Setup {
+fn setup(shape: impl Shape + 'static, n: usize) -> Setup {
     Setup {
         units: Units::Normalised,
         shape: Arc::new(shape),
@@ -53,7 +52,7 @@ fn setup(shape: impl Shape + 'static, n: usize, hourglass: f64) -> Setup {
         loads: Vec::<Load>::new(),
         mechanics: Mechanics::Solid,
         remesh: Remesh::default(),
-        solver: Solver { hourglass, ..Solver::default() },
+        solver: Solver::default(),
         integration: rsph_core::setup::Integration::default(),
         time_step: TimeStep::Auto,
         allow_unstable: false,
@@ -71,9 +70,4 @@ fn held(region: Region, displacement: Option<Vec3>) -> Boundary {
     let ramp = Ramp { from: 0.0, to: 1.0 };
     let motion = displacement.map(|displacement| Motion::Ramp { displacement, ramp });
     Boundary { region, fix: Fix::ALL, motion }
-}
-
-/// The sampled body of a set-up.
-fn body<const D: usize>(setup: &Setup) -> Result<LargeBody<D>, String> {
-    Ok(LargeBody::sampled(setup).map_err(|e| e.to_string())?.0)
 }

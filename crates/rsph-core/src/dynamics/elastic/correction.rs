@@ -187,15 +187,17 @@ impl Correction {
 
 /// What the sums of the first sweep are taken of: q (x) gamma, q = V z, or its symmetric part, as `C` says.
 pub(super) struct GradientField<'a, const C: usize> {
-    pub(super) correction: &'a Correction,
+    /// Where gamma is.
+    pub(super) reach: &'a Part,
+    pub(super) gamma: &'a [Tile],
     pub(super) q: &'a [Tile],
 }
 
 impl<const C: usize> EvenField<C> for GradientField<'_, C> {
     #[inline(always)]
     fn lanes<const N: usize>(&self, tile: usize, first: usize) -> Option<[[f64; N]; C]> {
-        let number = self.correction.reach.number(tile)?;
-        let gamma = &self.correction.gamma[3 * number..][..3];
+        let number = self.reach.number(tile)?;
+        let gamma = &self.gamma[3 * number..][..3];
         let q = &self.q[3 * tile..][..3];
         let mut values = [[0.0; N]; C];
         for (c, values) in values.iter_mut().enumerate() {
@@ -251,15 +253,26 @@ impl<const C: usize> ForceField<'_, C> {
     #[inline(always)]
     fn add<S: Simd>(&self, simd: S, tile: usize, lane: usize, sums: &[S::f64s], adjoint: &mut [Tile]) {
         let Some(number) = self.correction.reach.number(tile) else { return };
-        let gamma = &self.correction.gamma[3 * number..][..3];
-        for (i, adjoint) in adjoint.iter_mut().enumerate() {
-            let mut sum = simd.add_f64s(ops::load(simd, &adjoint.0, lane), sums[C + i]);
-            for j in 0..3 {
-                let stress = sums[component::<C>(i, j)];
-                sum = simd.negate_mul_add_e_f64s(stress, ops::load(simd, &gamma[j].0, lane), sum);
-            }
-            S::as_mut_simd_f64s(&mut adjoint.0[lane..lane + S::F64_LANES]).0[0] = sum;
+        add_adjoint::<S, C>(simd, &self.correction.gamma[3 * number..][..3], lane, sums, adjoint);
+    }
+}
+
+/// Adds S[Q gamma] - S[Q] gamma to the adjoint of the gradient, from the sums of Q, which has `C` components, and of Q gamma.
+#[inline(always)]
+pub(super) fn add_adjoint<S: Simd, const C: usize>(
+    simd: S,
+    gamma: &[Tile],
+    lane: usize,
+    sums: &[S::f64s],
+    adjoint: &mut [Tile],
+) {
+    for (i, adjoint) in adjoint.iter_mut().enumerate() {
+        let mut sum = simd.add_f64s(ops::load(simd, &adjoint.0, lane), sums[C + i]);
+        for j in 0..3 {
+            let stress = sums[component::<C>(i, j)];
+            sum = simd.negate_mul_add_e_f64s(stress, ops::load(simd, &gamma[j].0, lane), sum);
         }
+        S::as_mut_simd_f64s(&mut adjoint.0[lane..lane + S::F64_LANES]).0[0] = sum;
     }
 }
 
@@ -435,7 +448,7 @@ impl<'a> Solver<'a> {
         let n = self.lattice.len();
         scatter(&self.lattice.tiles, self.constants, f, None, &Vec3::zeros(), &mut self.q);
         let residual = Residual { constants: self.constants, rows: self.rows, zv: &self.zv, q: &self.q };
-        ops::gradient_sums(self.lattice, Some(self.rows), &self.q, &mut self.pair, None, &residual);
+        ops::gradient_sums(self.lattice, Some(self.rows), &self.q, &mut self.pair, [None, None], &residual);
         ops::adjoint_sums(self.lattice, Some(self.reach), &self.pair, &mut self.adjoint);
         let field = RowField { rows: self.rows, zv: &self.zv, q: &self.q };
         ops::even_sums(self.lattice, self.reach, &field, Results::new(Some(self.reach), 3, &mut self.beside));
@@ -494,7 +507,7 @@ impl Pointwise for Residual<'_> {
         tile: usize,
         lane: usize,
         sums: &mut [S::f64s; PAIR_COMPONENTS],
-        _: &mut [Tile],
+        _: [&mut [Tile]; 2],
     ) {
         let zv = self.rows.number(tile).map_or([0.0; LANES], |number| self.zv[number].0);
         let zv = ops::load(simd, &zv, lane);

@@ -317,7 +317,7 @@ impl Elastic {
         self.visit_sums(|_, _, sums, _| {
             // Energy of the one-sided residual u_b - u_a - G_a X; pairs of particles count from both sides.
             // G M G^T = G H^T for H = G M, where L is the (pseudo-)inverse of M.
-            let residual = -2.0 * sums.value.dot(&sums.laplacian) - sums.gradient.dot(&sums.first);
+            let residual = -2.0 * sums.value.dot(&sums.laplacian) - sums.smooth[1].dot(&sums.smooth[0]);
             let mut out = [0.0; PAIR_COMPONENTS];
             out[0] = sums.moments.volume * (law.energy_density(&sums.deformation) + 0.5 * kappa * residual);
             out

@@ -32,7 +32,7 @@ pub(super) struct Constants {
 #[derive(Clone, Copy, Debug)]
 struct Bulk {
     volume: f64,
-    /// L = this times the unit tensor.
+    /// L = this times the unit tensor (of the plane).
     correction: f64,
     /// sum V_b w / V.
     zeroth: f64,
@@ -53,20 +53,24 @@ const ROUNDING: f64 = 1e-12;
 impl Bulk {
     fn new(lattice: &Lattice) -> Self {
         Self {
-            volume: lattice.spacing.powi(3),
+            volume: lattice.cell_volume(),
             correction: 1.0 / lattice.full_moment,
             zeroth: lattice.neighbours.iter().map(|n| n.w).sum(),
         }
     }
 
     /// Whether the constants of a particle are these, to rounding.
-    fn fits(&self, m: &Moments, spacing: f64) -> bool {
+    fn fits(&self, m: &Moments, lattice: &Lattice) -> bool {
         let near = |value: f64, expected: f64| (value / expected - 1.0).abs() < ROUNDING;
-        let l = m.correction / self.correction;
+        let mut l = m.correction / self.correction;
+        // Sums have no component along an axis that is not there: any number would do.
+        for i in lattice.dimension..3 {
+            l[(i, i)] = 1.0;
+        }
         near(m.volume, self.volume)
             && near(m.zeroth, self.volume * self.zeroth)
             && (l - Mat3::identity()).amax() < ROUNDING
-            && m.first.amax() < ROUNDING * m.zeroth * spacing
+            && m.first.amax() < ROUNDING * m.zeroth * lattice.spacing
     }
 }
 
@@ -83,7 +87,7 @@ impl Constants {
                 let mut constants = Box::new([Tile::default(); CONSTANTS]);
                 for (a, lane) in (first..).zip((0..LANES).filter(|l| mask >> l & 1 == 1)) {
                     let m = Moments::new(lattice, volume, a);
-                    inside &= bulk.fits(&m, lattice.spacing);
+                    inside &= bulk.fits(&m, lattice);
                     for (tile, constant) in constants.iter_mut().zip(packed(&m)) {
                         tile.0[lane] = constant;
                     }
@@ -221,7 +225,7 @@ impl Pointwise for LinearStress<'_> {
         tile: usize,
         lane: usize,
         sums: &mut [S::f64s; PAIR_COMPONENTS],
-        side: &mut [Tile],
+        [side, _]: [&mut [Tile]; 2],
     ) {
         if self.constants.kind[tile] == 0 && side.is_empty() {
             self.inside(simd, tile, lane, sums);
@@ -365,7 +369,7 @@ impl Elastic {
             components: SYMMETRIC,
             values: side,
         });
-        ops::gradient_sums(&self.lattice, None, q, pair, side, &pointwise);
+        ops::gradient_sums(&self.lattice, None, q, pair, [side, None], &pointwise);
     }
 }
 

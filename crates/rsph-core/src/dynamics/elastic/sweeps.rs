@@ -1,6 +1,7 @@
 //! The two sweeps of the adjoint formulation: gradient and stress, then the adjoint of the gradient.
 
 use super::correction::{Correction, ForceField, GENERAL, GradientField, Row, SYMMETRIC};
+use super::hourglass::Memory;
 use super::linear::{Constants, scatter};
 use super::{Elastic, Workspace};
 use crate::moments::Moments;
@@ -36,12 +37,10 @@ impl Spread<'_> {
 
 /// The sums of a field z at a particle a.
 pub(super) struct Sums {
-    /// G_a = `first` L_a, on the lattice, without the correction near the surface.
+    /// G_a = sum V_b w (z_b - z_a) (x) L_a X, on the lattice, without the correction near the surface.
     pub(super) gradient: Mat3,
     /// grad z in the undeformed body, Eqs. (10), (13), corrected; under a linear law its antisymmetric part is not.
     pub(super) deformation: Mat3,
-    /// sum V_b w (z_b - z_a) (x) X.
-    pub(super) first: Mat3,
     /// sum V_b w (z_b - z_a).
     pub(super) laplacian: Vec3,
     pub(super) moments: Moments,
@@ -49,6 +48,9 @@ pub(super) struct Sums {
     pub(super) value: Vec3,
     /// Constants of the correction, where there is one.
     pub(super) row: Option<Row>,
+    /// Of the hourglass term sum V_b w (z_b - z_a) (x) X_ba, before a remesh the sum that `gradient` is made of, and the gradient
+    /// that follows from it.
+    pub(super) smooth: [Mat3; 2],
 }
 
 /// What the gradient of a field that was spread depends on.
@@ -57,6 +59,7 @@ pub(super) struct Body<'a> {
     pub(super) spread: Spread<'a>,
     pub(super) correction: &'a Correction,
     pub(super) lifted: &'a [Tile],
+    pub(super) memory: Option<&'a Memory>,
     /// Components of what is lifted and of the sums of the correction: [`SYMMETRIC`] or [`GENERAL`].
     pub(super) components: usize,
 }
@@ -64,9 +67,9 @@ pub(super) struct Body<'a> {
 impl Body<'_> {
     /// Completes the lattice sums of particle a to G_a = sum V_b w (z_b - z_a) (x) L_a X, Eqs. (10),
     /// (13), to the Laplacian sum V_b w (z_b - z_a) and to the gradient in the undeformed body; `beside` are the sums of the
-    /// correction.
+    /// correction and of the hourglass term.
     #[inline(always)]
-    fn complete(&self, a: usize, h: &Mat3, q: &Vec3, beside: &[f64; MAX_SIDE]) -> Sums {
+    fn complete(&self, a: usize, h: &Mat3, q: &Vec3, [beside, products]: &[[f64; MAX_SIDE]; 2]) -> Sums {
         let (t, lane) = self.spread.tiles.place(a);
         let m = self.spread.constants.moments(t, lane);
         let value = self.spread.value(a);
@@ -88,7 +91,14 @@ impl Body<'_> {
                     self.tensor(&std::array::from_fn(|c| lifted.get(c).map_or(0.0, |tile| tile.0[lane])));
             }
         }
-        Sums { gradient, deformation, first, laplacian, moments: m, value, row }
+        let mut smooth = [first, gradient];
+        if let Some(memory) = self.memory {
+            let of = memory.of((t, lane));
+            let moved = laplacian * of.displacement.transpose() + value * of.zeroth.transpose();
+            smooth[0] -= Mat3::from_row_slice(products) - moved;
+            smooth[1] = smooth[0] * of.inverse;
+        }
+        Sums { gradient, deformation, laplacian, moments: m, value, row, smooth }
     }
 }
 
@@ -115,7 +125,10 @@ impl Elastic {
         let origin = if n > 0 { value(0) } else { Vec3::zeros() };
         scatter(&self.lattice.tiles, &self.constants, u, v, &origin, &mut self.work.q);
         let components = self.components();
-        let Workspace { q, side, lifted, .. } = &mut self.work;
+        let Workspace { q, side, lifted, products, .. } = &mut self.work;
+        if let Some(memory) = &self.memory {
+            memory.spread(&self.lattice, q, products);
+        }
         if !self.lift.is_empty() {
             let tiles = &self.lattice.tiles;
             let constants = &self.constants;
@@ -139,12 +152,13 @@ impl Elastic {
         }
         if !self.correction.is_empty() {
             let (lattice, correction) = (&self.lattice, &self.correction);
+            let (reach, gamma) = (&correction.reach, &correction.gamma[..]);
             let results = Results::new(Some(&correction.rows), components, side);
             if components == SYMMETRIC {
-                let field = GradientField::<SYMMETRIC> { correction, q };
+                let field = GradientField::<SYMMETRIC> { reach, gamma, q };
                 ops::even_sums(lattice, &correction.rows, &field, results);
             } else {
-                let field = GradientField::<GENERAL> { correction, q };
+                let field = GradientField::<GENERAL> { reach, gamma, q };
                 ops::even_sums(lattice, &correction.rows, &field, results);
             }
         }
@@ -155,32 +169,36 @@ impl Elastic {
         Spread { tiles: &self.lattice.tiles, q: &self.work.q, constants: &self.constants }
     }
 
-    /// Leaves `visit(body, particle, sums, stress)` of the field that was spread in the tiled field `pair`, and what it
-    /// makes of `stress`, V P, where the second sweep wants it.
+    /// Leaves `visit(body, particle, sums, slopes)` of the field that was spread in the tiled field `pair`, and what it
+    /// makes of `slopes`, V P and dE/dU of the hourglass term, where the second sweep wants them.
     pub(super) fn visit_sums(
         &mut self,
-        visit: impl Fn(&Body<'_>, usize, &Sums, &mut [f64; MAX_SIDE]) -> [f64; PAIR_COMPONENTS] + Sync,
+        visit: impl Fn(&Body<'_>, usize, &Sums, &mut [[f64; MAX_SIDE]; 2]) -> [f64; PAIR_COMPONENTS] + Sync,
     ) {
         let components = self.components();
-        let Workspace { q, pair, side, lifted, .. } = &mut self.work;
+        let Workspace { q, pair, side, lifted, products, .. } = &mut self.work;
+        let memory = self.memory.as_ref();
         let tiles = &self.lattice.tiles;
         let body = Body {
             stretch: &self.stretch,
             spread: Spread { tiles, q, constants: &self.constants },
             correction: &self.correction,
             lifted,
+            memory,
             components,
         };
         let each = EachParticle {
             tiles,
-            function: |a, h: &Mat3, q: &Vec3, beside: &mut [f64; MAX_SIDE]| {
+            function: |a, h: &Mat3, q: &Vec3, beside: &mut [[f64; MAX_SIDE]; 2]| {
                 let sums = body.complete(a, h, q, beside);
                 visit(&body, a, &sums, beside)
             },
         };
         let side =
             (!side.is_empty()).then_some(Side { part: &self.correction.rows, components, values: side });
-        ops::gradient_sums(&self.lattice, None, q, pair, side, &each);
+        let products =
+            memory.map(|memory| Side { part: &memory.whole, components: GENERAL, values: products });
+        ops::gradient_sums(&self.lattice, None, q, pair, [side, products], &each);
     }
 
     /// From the field that was spread to T_a and the part of the force that needs no neighbour's T:
@@ -198,7 +216,7 @@ impl Elastic {
     /// [`Self::stress_sweep`] with P as a function of (tiles, particle, grad z).
     pub(super) fn general_stress_sweep(&mut self, first_piola: impl Fn(&Tiles, usize, &Mat3) -> Mat3 + Sync) {
         let kappa = self.hourglass;
-        self.visit_sums(|body, a, sums, stress| {
+        self.visit_sums(|body, a, sums, [stress, slope]| {
             let m = &sums.moments;
             let piola = first_piola(body.spread.tiles, a, &sums.deformation);
             let q = piola * m.volume;
@@ -208,7 +226,7 @@ impl Elastic {
                 *stress = std::array::from_fn(|c| q[(c / 3, c % 3)]);
             }
             let stretched = body.stretch.get(a).map_or(piola, |f| piola * f.transpose());
-            let mut t = stretched * m.correction - sums.gradient * kappa;
+            let mut t = stretched * m.correction - sums.smooth[1] * kappa;
             let mut own = sums.laplacian * (2.0 * kappa * m.volume);
             if let Some(row) = &sums.row {
                 t -= piola * row.slope;
@@ -216,6 +234,12 @@ impl Elastic {
             }
             t *= m.volume;
             own += t * m.first;
+            if let Some(memory) = body.memory {
+                let of = memory.of(body.spread.tiles.place(a));
+                let w = sums.smooth[1] * (kappa * m.volume);
+                own += w * (of.zeroth - of.displacement * m.zeroth);
+                *slope = std::array::from_fn(|c| w[(c / 3, c % 3)]);
+            }
             let mut out = [0.0; PAIR_COMPONENTS];
             for i in 0..3 {
                 for j in 0..3 {
@@ -230,8 +254,11 @@ impl Elastic {
     /// From T_a and V P to the sums of the second sweep, the adjoint of the gradient.
     pub(super) fn adjoint_sweep(&mut self) {
         let components = self.components();
-        let Workspace { q, pair, side, .. } = &mut self.work;
+        let Workspace { q, pair, side, products, .. } = &mut self.work;
         ops::adjoint_sums(&self.lattice, None, pair, q);
+        if let Some(memory) = &self.memory {
+            memory.add_adjoint(&self.lattice, products, q);
+        }
         if !self.correction.is_empty() {
             let (lattice, correction, results) = (&self.lattice, &self.correction, Results::new(None, 3, q));
             if components == SYMMETRIC {

@@ -1,6 +1,5 @@
 //! What is refused before a prescribed motion starts, and its time step.
 
-use super::super::solid::plane_body;
 use crate::error::InvalidInput;
 use crate::particles::Field;
 use crate::setup::{Prescription, Setup, TimeStep};
@@ -19,7 +18,14 @@ const FIELDS: [Field; 6] =
 /// # Errors
 /// The first of them.
 pub fn check(setup: &Setup, p: &Prescription) -> Result<(), InvalidInput> {
-    plane_body(setup)?;
+    if setup.shape.dimension() == 2 {
+        return Err(InvalidInput::new(
+            "body.shape",
+            setup.shape.name(),
+            "is a plane body, and a prescribed motion has bodies in space only",
+            "take a body in space such as a box",
+        ));
+    }
     let useless = |key: &str, there: bool| {
         let refuse = || {
             InvalidInput::new(

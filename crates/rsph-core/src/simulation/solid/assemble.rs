@@ -8,11 +8,10 @@ use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature};
 use crate::dynamics::elastic::Elastic;
 use crate::error::InvalidInput;
-use crate::fit::LinearFit;
 use crate::grid::Grid;
 use crate::lattice::Lattice;
 use crate::mesh::TriangleMesh;
-use crate::mls::Cloud;
+use crate::mls::{Cloud, LinearFit};
 use crate::moments::area_vectors;
 use crate::particles::{Column, Field, Particles};
 use crate::remesh::NodeLattice;
@@ -97,9 +96,12 @@ impl Laid {
         let cells: Vec<[usize; 3]> =
             self.nodes.iter().map(|n| std::array::from_fn(|i| (n[i] - low[i]) as usize)).collect();
         let grid = Grid { origin, spacing: nodes.spacing, cells: size };
-        let lattice = Lattice::new(&grid, &cells, setup.solver.smoothing);
+        let lattice = Lattice::new(&grid, &cells, setup.solver.smoothing, setup.shape.dimension());
         drop(cells);
-        let (fixed, material) = (held.fixed(&self.positions())?, Arc::clone(&setup.material));
+        let (mut fixed, material) = (held.fixed(&self.positions())?, Arc::clone(&setup.material));
+        if setup.shape.dimension() == 2 {
+            fixed.hold_in_plane(self.len());
+        }
         let hourglass = setup.solver.hourglass_modulus(material.young_modulus());
         Ok(Elastic::new(lattice, &self.volume, fixed, material, hourglass))
     }
@@ -114,11 +116,14 @@ impl Laid {
     ) -> SurfaceQuadrature {
         let positions = self.positions();
         let fits = |places: &[Vec3]| -> Vec<LinearFit> {
-            let cloud = Cloud::new(&positions, &self.volume, spacing).for_surface(setup.solver.smoothing);
+            let cloud = Cloud::new(&positions, &self.volume, spacing)
+                .in_dimension(setup.shape.dimension())
+                .for_surface(setup.solver.smoothing);
             places.par_iter().map(|x| cloud.fit_at(x)).collect()
         };
         let particles = LoadedParticles { positions: &positions, fits: &fits };
-        SurfaceQuadrature::new(surface, spacing, &particles, held.holds(), &|x, n| held.held_at(x, n))
+        let held_at = |x: &Vec3, n: &Vec3| held.held_at(x, n);
+        SurfaceQuadrature::new(surface, setup.shape.dimension(), spacing, &particles, held.holds(), &held_at)
     }
 
     /// The loads on the particles of `elastic`.
@@ -129,7 +134,7 @@ impl Laid {
         &self,
         setup: &Setup,
         elastic: &Elastic,
-        surface: &SurfaceQuadrature,
+        (boundary, surface): (&TriangleMesh, &SurfaceQuadrature),
         held: &Held,
     ) -> Result<Vec<NodalLoad>, InvalidInput> {
         // In the scheme of the paper the faces of a box are loaded by area vectors.
@@ -144,6 +149,7 @@ impl Laid {
             positions: &positions,
             spacing,
             tolerance: 1e-3 * spacing,
+            boundary,
             surface,
             faces: area.as_deref().map(|area_vectors| Faces {
                 area_vectors,

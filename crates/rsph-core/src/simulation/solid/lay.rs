@@ -18,12 +18,27 @@ use crate::sample::{Body, InsideFraction, MIN_FRACTION, is_cut};
 use crate::setup::Setup;
 use crate::shape::Shape;
 use crate::tensor::{Mat3, Vec3};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// How far, in spacings, the share of a cell that is too little for a particle may travel to one.
 const FOLD_REACH: usize = 4;
 /// Largest share of the volume that the cells of the deformed body may lack or have too much.
 const WORST_VOLUME: f64 = 0.1;
+
+/// Most by which a gradient that particles have may stretch that of the motion, or be stretched by it: beyond, a particle at the
+/// rim of the body has too few neighbours.
+const STRAY: f64 = 1.4;
+
+/// Whether dX/dx as particles have it strays from that of the motion.
+fn strays(motion: &Mat3, found: &Mat3) -> bool {
+    motion.try_inverse().is_none_or(|inverse| {
+        let ratio = found * inverse;
+        let squares = (ratio.transpose() * ratio).symmetric_eigenvalues();
+        let within = squares.min() >= STRAY.powi(-2) && squares.max() <= STRAY.powi(2);
+        !within || ratio.determinant() <= 0.0
+    })
+}
 
 /// The undeformed body, as a remesh needs it.
 #[derive(Clone, Debug)]
@@ -34,6 +49,8 @@ pub(super) struct Undeformed {
     inside: Option<InsideFraction>,
     /// Volume of the particles.
     volume: f64,
+    /// 3, or 2 for a body in the plane.
+    dimension: usize,
 }
 
 /// Why a solid can not be laid anew.
@@ -90,17 +107,17 @@ impl Undeformed {
         let undeformed: Vec<Vec3> = body.cells.iter().map(|c| body.grid.centre(*c)).collect();
         let laid = Laid::new(nodes, &undeformed, body.volume.iter().copied(), body.cut());
         let inside = remeshed.then(|| InsideFraction::new(shape, body));
-        (Self { lattice, inside, volume: laid.volume.iter().sum() }, laid)
+        (Self { lattice, inside, volume: laid.volume.iter().sum(), dimension: body.dimension }, laid)
     }
 
-    /// Inside fraction of the cell around `x`.
-    fn fraction_at(&self, x: &Vec3) -> f64 {
-        self.inside.as_ref().map_or(0.0, |inside| inside.at(x))
+    /// Inside fraction of a cell that a linear map takes to around `x`.
+    fn fraction_of(&self, x: &Vec3, map: &Mat3) -> f64 {
+        self.inside.as_ref().map_or(0.0, |inside| inside.of_image(x, map))
     }
 
     /// Whether the surface cuts the cells of particles that were at these places of the undeformed body.
     pub fn cut_at<'a>(&self, places: impl Iterator<Item = &'a Vec3>) -> Vec<bool> {
-        places.map(|x| is_cut(self.fraction_at(x))).collect()
+        places.map(|x| is_cut(self.fraction_of(x, &Mat3::identity()))).collect()
     }
 
     /// Lays the particles anew that started at `nodes`; `fields` are what they carry, the displacement
@@ -117,7 +134,7 @@ impl Undeformed {
         time: f64,
         surface: &TriangleMesh,
     ) -> Result<Anew, LayError> {
-        let (n, dx) = (particles.len(), self.lattice.spacing);
+        let (n, cell) = (particles.len(), self.lattice.spacing.powi(self.dimension as i32));
         let (x0, u) = (particles.column(Field::Reference), particles.column(Field::Displacement));
         let shift: Vec<Vec3> =
             (0..n).map(|a| x0.vector(a) + u.vector(a) - self.lattice.position(nodes[a])).collect();
@@ -128,44 +145,75 @@ impl Undeformed {
             values.extend(components.iter().map(|(f, c)| particles.column(*f).component(*c)[a]));
         }
         let columns = components.len();
-        let carried = Carried { lattice: self.lattice, nodes, shift: &shift, columns, values: &values };
-        let arrived = carried.follow(setup.remesh.kernel)?;
+        let kernel = setup.remesh.kernel;
+        let NodeLattice { origin, spacing } = self.lattice;
+        let shift = &shift;
+        let values = &values;
+        let arrived = match self.dimension {
+            2 => Carried::<2> { lattice: NodeLattice { origin, spacing }, nodes, shift, columns, values }
+                .follow(kernel),
+            _ => Carried { lattice: self.lattice, nodes, shift, columns, values }.follow(kernel),
+        }?;
 
-        // Which nodes hold a particle, and how much of the body.
+        // Where each node was in the undeformed body, dX/dx there, and how much of its cell holds the body.
+        let count = arrived.nodes.len();
         let place = |k: usize| {
             let x = self.lattice.position(arrived.nodes[k]);
-            (x, x - Vec3::from_column_slice(&arrived.values[k * columns..k * columns + 3]))
+            x - Vec3::from_column_slice(&arrived.values[k * columns..k * columns + 3])
         };
-        let fraction: Vec<f64> = (0..arrived.nodes.len()).map(|k| self.fraction_at(&place(k).1)).collect();
-        let inside: Vec<usize> = (0..fraction.len()).filter(|k| fraction[*k] > 0.0).collect();
-        let pick = |of: &[[i64; 3]]| -> Vec<[i64; 3]> { inside.iter().map(|&k| of[k]).collect() };
+        let back = |k: usize| Mat3::identity() - arrived.gradients[k];
+        let fraction: Vec<f64> =
+            (0..count).into_par_iter().map(|k| self.fraction_of(&place(k), &back(k))).collect();
+        let inside: Vec<usize> = (0..count).filter(|k| fraction[*k] > 0.0).collect();
+        let nodes: Vec<[i64; 3]> = inside.iter().map(|&k| arrived.nodes[k]).collect();
         let shares: Vec<f64> = inside.iter().map(|&k| fraction[k]).collect();
-        let mut shares = NodeValues::from_nodes(self.lattice, &pick(&arrived.nodes), 1, &shares)?;
-        let mut keep = vec![false; shares.len()];
-        let mut kept = Vec::new();
-        for &k in &inside {
-            let enough = fraction[k] >= MIN_FRACTION * (1.0 - 1e-9);
-            if enough && let Some(number) = shares.number(arrived.nodes[k]) {
-                keep[number] = true;
-                kept.push((k, number));
-            }
-        }
-        let folded = fold(&mut shares, &keep, FOLD_REACH);
+        let shares = NodeValues::from_nodes(self.lattice, &nodes, 1, &shares)?;
 
-        let undeformed: Vec<Vec3> = kept.iter().map(|(k, _)| place(*k).1).collect();
-        let mut laid = Laid::new(
-            kept.iter().map(|(k, _)| arrived.nodes[*k]),
-            &undeformed,
-            kept.iter().map(|(_, number)| shares.values[*number] * dx.powi(3)),
-            self.cut_at(undeformed.iter()),
-        );
+        // Which nodes hold a particle.
+        let least = MIN_FRACTION * (1.0 - 1e-9);
+        let enough = |k: &usize| {
+            // Far outside of its neighbours a node of a squeezed rim has no gradient.
+            fraction[*k] >= least
+                && self.fraction_of(&place(*k), &Mat3::identity()) >= least
+                && back(*k).determinant() > 0.0
+        };
+        let mut kept: Vec<usize> = inside.into_iter().filter(enough).collect();
+        let (mut laid, gradient, folded) = loop {
+            if kept.is_empty() {
+                return Err(LayError::Volume(1.0));
+            }
+            let mut shares = shares.clone();
+            let mut keep = vec![false; shares.len()];
+            let numbers: Vec<usize> = kept.iter().filter_map(|&k| shares.number(arrived.nodes[k])).collect();
+            for number in &numbers {
+                keep[*number] = true;
+            }
+            let folded = fold(&mut shares, &keep, FOLD_REACH);
+            let undeformed: Vec<Vec3> = kept.iter().map(|k| place(*k)).collect();
+            let laid = Laid::new(
+                kept.iter().map(|k| arrived.nodes[*k]),
+                &undeformed,
+                numbers.iter().map(|number| shares.values[*number] * cell),
+                self.cut_at(undeformed.iter()),
+            );
+            let len = kept.len();
+            let mut u = vec![0.0; 3 * len];
+            for (a, k) in kept.iter().enumerate() {
+                (0..3).for_each(|i| u[i * len + a] = arrived.values[k * columns + i]);
+            }
+            let gradient = laid.elastic(setup, &self.lattice, held)?.gradient(time, &u);
+            let strays = |(k, g): (&usize, &Mat3)| strays(&back(*k), &(Mat3::identity() - g));
+            let stray: Vec<bool> = kept.par_iter().zip(&gradient).map(strays).collect();
+            if !stray.contains(&true) {
+                break (laid, gradient, folded);
+            }
+            let mut stray = stray.into_iter();
+            kept.retain(|_| stray.next() != Some(true));
+        };
         let len = kept.len();
-        if len == 0 {
-            return Err(LayError::Volume(1.0));
-        }
         let column = |first: usize, components: usize| {
             let mut data = vec![0.0; components * len];
-            for (a, (k, _)) in kept.iter().enumerate() {
+            for (a, k) in kept.iter().enumerate() {
                 for c in 0..components {
                     data[c * len + a] = arrived.values[k * columns + first + c];
                 }
@@ -180,13 +228,12 @@ impl Undeformed {
         }
         let u = new.column(Field::Displacement).values();
 
-        // A cell of the deformed body holds dx^3 det(dX/dx) of the undeformed one.
-        let gradient = laid.elastic(setup, &self.lattice, held)?.gradient(time, u);
+        // A cell of the deformed body holds det(dX/dx) times its volume of the undeformed one.
         let volume = Arc::make_mut(&mut laid.volume);
         for (a, g) in gradient.iter().enumerate() {
             let share = (Mat3::identity() - g).determinant();
             if share.is_nan() || share <= 0.0 {
-                return Err(LayError::Inverted(undeformed[a]));
+                return Err(LayError::Inverted(laid.reference.vector(a)));
             }
             volume[a] *= share;
         }
@@ -201,8 +248,8 @@ impl Undeformed {
         new.set(Field::Reference, laid.reference.clone());
         new.set(Field::Mass, Column::shared(Arc::clone(&elastic.mass), len));
         new.set(Field::Volume, Column::shared(Arc::clone(&laid.volume), len));
-        let folded_mass = folded.moved[0] * dx.powi(3) * setup.material.density();
-        let undeformed = (0..arrived.nodes.len()).map(|k| place(k).1).collect();
+        let folded_mass = folded.moved[0] * cell * setup.material.density();
+        let undeformed = (0..count).map(place).collect();
         let around = (arrived.nodes, undeformed);
         Ok(Anew { around, laid, elastic, quadrature, particles: new, folded_mass, rescaling: scale - 1.0 })
     }

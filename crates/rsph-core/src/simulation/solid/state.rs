@@ -46,7 +46,8 @@ pub(super) fn restore(solid: &mut Solid, state: &State, particles: &Particles) -
             .undeformed
             .deformed(setup, laid, &solid.held, time, &u, solid.boundary_surface())
             .map_err(|e| damaged("body/laid_displacement", &format!("can not be laid: {e}")))?;
-        elastic.loads = laid.loads(setup, &elastic, &quadrature, &solid.held)?;
+        let surface = (solid.boundary_surface(), &quadrature);
+        elastic.loads = laid.loads(setup, &elastic, surface, &solid.held)?;
         solid.matter = Matter::new(setup, elastic);
         solid.laid_with = Some((time, crate::particles::Column::from_vec(u, n)));
     } else if n != solid.laid.len() {

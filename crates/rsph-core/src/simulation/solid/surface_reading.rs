@@ -12,6 +12,7 @@ use crate::boundary::constraints::projectors;
 use crate::boundary::load::SurfaceTraction;
 use crate::boundary::surface_load::SurfacePoint;
 use crate::material::{FiniteStrain, Law, Material, Stiffness};
+use crate::mesh::TriangleMesh;
 use crate::mls::{Cloud, GradientFit};
 use crate::neighbors::CellList;
 use crate::setup::{Load, Ramp, Setup};
@@ -58,14 +59,14 @@ pub(super) struct Settled {
 pub(super) struct Loading<'a> {
     pub material: &'a dyn Material,
     pub loads: &'a [Load],
-    pub shape: &'a dyn Shape,
+    pub surface: &'a TriangleMesh,
     pub spacing: f64,
 }
 
 impl<'a> Loading<'a> {
-    /// The loads of a set-up on particles that far apart.
-    pub fn of(setup: &'a Setup, spacing: f64) -> Self {
-        Self { material: &*setup.material, loads: &setup.loads, shape: &*setup.shape, spacing }
+    /// The loads of a set-up on a surface with particles that far apart.
+    pub fn of(setup: &'a Setup, surface: &'a TriangleMesh, spacing: f64) -> Self {
+        Self { material: &*setup.material, loads: &setup.loads, surface, spacing }
     }
 }
 
@@ -81,7 +82,15 @@ impl SurfaceReading {
         let places: Vec<Vec3> = points.iter().map(|p| p.x).collect();
         let cells = CellList::new(&places, SMOOTH * spacing);
         let set = |p: &SurfacePoint| held.held_at(&p.x, &p.normal).unwrap_or(0);
+        let in_plane = shape.dimension() == 2;
         let vertex = |x: &Vec3| {
+            let inside = shape.signed_distance(x) < -TOLERANCE * spacing;
+            if in_plane && inside {
+                // On a face of the slab that a body in the plane is drawn as.
+                let normal = Vec3::new(0.0, 0.0, x.z.signum());
+                return Vertex { x: *x, normal, free: Mat3::zeros() };
+            }
+            let x = &if in_plane { Vec3::new(x.x, x.y, 0.0) } else { *x };
             let Some((nearest, _)) = cells.nearest(&places, x, f64::INFINITY) else {
                 return Vertex { x: *x, normal: Vec3::zeros(), free: Mat3::zeros() };
             };
@@ -203,7 +212,7 @@ struct Tractions<'a> {
 
 impl<'a> Tractions<'a> {
     fn new(loading: &Loading<'a>) -> Self {
-        let of = |load: &'a Load| (SurfaceTraction::new(&load.kind, loading.shape), &load.ramp);
+        let of = |load: &'a Load| (SurfaceTraction::new(&load.kind, loading.surface), &load.ramp);
         Self { loads: loading.loads.iter().map(of).collect(), tolerance: TOLERANCE * loading.spacing }
     }
 
