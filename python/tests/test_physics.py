@@ -175,3 +175,34 @@ def test_stiffness_is_symmetric_and_balances_the_load():
     found = sim.solve_static()
     u = sim.snapshot().displacement.ravel()
     assert u @ (stiffness @ u) == pytest.approx(found.compliance, rel=1e-5)
+
+
+def test_a_membrane_in_the_plane_rests_like_finite_elements():
+    """Cook's membrane, nu = 0.49: validation/large_strain/cook.csv."""
+    sim = rsph.Simulation(
+        shape=rsph.shapes.Polygon([(0, 0), (48, 44), (48, 60), (0, 44)]),
+        spacing=2.0,
+        material=rsph.materials.NeoHookean(
+            density=1.0, young_modulus=240.565, poisson_ratio=0.49, relaxation_time=0.0
+        ),
+        boundaries=[
+            rsph.boundaries.Clamp(region=rsph.regions.plane(axis="x", at=0.0, side="below"))
+        ],
+        loads=[
+            rsph.loads.Traction(
+                region=rsph.regions.plane(axis="x", at=48.0, side="above"), traction=(0, 6.25, 0)
+            )
+        ],
+        probes=[
+            rsph.Probe(
+                name="corner",
+                quantity="displacement.y",
+                region=rsph.regions.point(at=(48.0, 60.0, 0.0)),
+            )
+        ],
+        units="normalised",
+    )
+    sim.solve_static()
+    assert sim.probes()["corner"] == pytest.approx(6.984, rel=0.01)
+    with pytest.raises(rsph.InputError, match="meets itself"):
+        rsph.shapes.Polygon([(0, 0), (1, 1), (1, 0), (0, 1)])

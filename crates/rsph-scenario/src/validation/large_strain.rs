@@ -2,6 +2,7 @@
 //! elements, a disc and a ball that spin freely.
 
 mod liver;
+mod plane;
 mod rest;
 mod spin;
 
@@ -30,6 +31,8 @@ pub(super) fn run(quick: bool, _folder: &Path) -> Result<Vec<Row>, String> {
     if super::liver::is_there() {
         liver::rows(quick, &mut rows)?;
     }
+    rows.extend(plane::cook(quick)?);
+    rows.extend(plane::beam(quick)?);
     rows.extend(spin::disc(quick)?);
     rows.extend(spin::ball(quick)?);
     if !quick {
