@@ -132,8 +132,9 @@ class Simulation:
             ``"sdirk2"`` chooses by their error.
         tolerance: that error as a share of the displacement; by default 0.02.
         allow_unstable: accept a ``dt`` above the stability limit.
-        remesh_every: time steps between remeshings, 0 for never, or ``"auto"``: when the strain has
-            changed by 0.25 since the last one.
+        remesh_every: time steps between remeshings, 0 for never, or ``"auto"``: when a stretch
+            since the last one has left 0.8 to 1.25 anywhere (under the linear law, the displacement
+            gradient has changed by 0.25).
         remesh_kernel: interpolation kernel of remeshing; by default ``"m4-prime"``.
         restore_level_set: whether the level set becomes the distance from the present surface at
             each remeshing; by default particles carry that of the undeformed body.

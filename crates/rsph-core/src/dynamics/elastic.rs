@@ -273,7 +273,7 @@ impl Elastic {
     /// Strain e = sym grad u of every particle, component by component (6 n values).
     pub fn strain(&mut self, t: f64, u: &[f64]) -> Vec<f64> {
         self.spread_displacement(t, u);
-        self.visit_sums(|_, _, sums, _| {
+        self.visit_sums(false, |_, _, sums, _| {
             let mut out = [0.0; PAIR_COMPONENTS];
             out[..6].copy_from_slice(&SymTensor::symmetric_part(&sums.deformation).0);
             out
@@ -286,7 +286,7 @@ impl Elastic {
     /// [`with_surface`](Self::with_surface).
     pub fn gradient(&mut self, t: f64, u: &[f64]) -> Vec<Mat3> {
         self.spread_displacement(t, u);
-        self.visit_sums(|body, a, sums, _| {
+        self.visit_sums(false, |body, a, sums, _| {
             let g = undeformed(body.stretch, a, &sums.gradient);
             std::array::from_fn(|i| if i < 9 { g[(i / 3, i % 3)] } else { 0.0 })
         });

@@ -38,7 +38,8 @@ pub enum RemeshTrigger {
     Steps(u64),
     /// At the first step that ends this much time, or more, after the last remeshing.
     Interval(f64),
-    /// When the strain since the last remeshing exceeds [`STRAIN`] anywhere.
+    /// When a stretch since the last remeshing, or under a linear law the displacement gradient, has changed by more than
+    /// [`STRAIN`] anywhere.
     Strain,
 }
 

@@ -1,9 +1,8 @@
 //! A body cut by a plane: what is beyond it is not there.
 
-use super::fill::fill_by_distance;
 use super::{BoxShape, MeshShape, RectangleShape, Shape};
 use crate::error::InvalidInput;
-use crate::grid::{Bounds, Grid};
+use crate::grid::Bounds;
 use crate::mesh::TriangleMesh;
 use crate::tensor::Vec3;
 use std::sync::Arc;
@@ -84,16 +83,8 @@ impl Shape for PlanePart {
         self.bounds
     }
 
-    fn volume(&self) -> f64 {
-        self.surface.volume()
-    }
-
     fn surface(&self) -> &TriangleMesh {
         &self.surface
-    }
-
-    fn fill(&self, grid: &Grid) -> Vec<f64> {
-        fill_by_distance(grid, |x| self.signed_distance(x))
     }
 }
 

@@ -1,8 +1,8 @@
 //! A circular cylinder along a coordinate axis.
 
-use super::{Shape, check, fill::fill_by_distance};
+use super::{Shape, check};
 use crate::error::InvalidInput;
-use crate::grid::{Bounds, Grid};
+use crate::grid::Bounds;
 use crate::mesh::TriangleMesh;
 use crate::region::Axis;
 use crate::tensor::Vec3;
@@ -84,10 +84,6 @@ impl Shape for CylinderShape {
 
     fn surface(&self) -> &TriangleMesh {
         &self.surface
-    }
-
-    fn fill(&self, grid: &Grid) -> Vec<f64> {
-        fill_by_distance(grid, |x| self.signed_distance(x))
     }
 }
 

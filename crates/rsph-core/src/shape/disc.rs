@@ -1,9 +1,9 @@
 //! A disc in the plane: a plane body.
 
 use super::slab::slab;
-use super::{Shape, check, fill::fill_by_distance};
+use super::{Shape, check};
 use crate::error::InvalidInput;
-use crate::grid::{Bounds, Grid};
+use crate::grid::Bounds;
 use crate::mesh::TriangleMesh;
 use crate::tensor::Vec3;
 use std::f64::consts::{PI, TAU};
@@ -62,10 +62,6 @@ impl Shape for DiscShape {
 
     fn surface(&self) -> &TriangleMesh {
         &self.surface
-    }
-
-    fn fill(&self, grid: &Grid) -> Vec<f64> {
-        fill_by_distance(grid, |x| self.signed_distance(x))
     }
 }
 

@@ -67,7 +67,9 @@ pub trait Shape: Debug + Send + Sync {
     fn bounds(&self) -> Bounds;
 
     /// Volume enclosed by the surface.
-    fn volume(&self) -> f64;
+    fn volume(&self) -> f64 {
+        self.surface().volume()
+    }
 
     /// The surface as closed, outward-oriented triangles (curved shapes: fine enough that volume
     /// and area hold to about 0.1 %).
@@ -83,8 +85,10 @@ pub trait Shape: Debug + Send + Sync {
         None
     }
 
-    /// Inside fractions (0 to 1) of all cells of a grid, x fastest.
-    fn fill(&self, grid: &Grid) -> Vec<f64>;
+    /// Inside fractions (0 to 1) of all cells of a grid, x fastest; by the signed distance, if not said otherwise.
+    fn fill(&self, grid: &Grid) -> Vec<f64> {
+        fill::fill_by_distance(grid, |x| self.signed_distance(x))
+    }
 }
 
 /// An analytic organ: its name in scenarios and how it is built.

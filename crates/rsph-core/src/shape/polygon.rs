@@ -1,9 +1,9 @@
 //! A polygon in the plane: a plane body.
 
 use super::slab::filled_slab;
-use super::{Shape, check, fill::fill_by_distance};
+use super::{Shape, check};
 use crate::error::InvalidInput;
-use crate::grid::{Bounds, Grid};
+use crate::grid::Bounds;
 use crate::mesh::TriangleMesh;
 use crate::tensor::Vec3;
 
@@ -83,16 +83,8 @@ impl Shape for PolygonShape {
         self.bounds
     }
 
-    fn volume(&self) -> f64 {
-        self.surface.volume()
-    }
-
     fn surface(&self) -> &TriangleMesh {
         &self.surface
-    }
-
-    fn fill(&self, grid: &Grid) -> Vec<f64> {
-        fill_by_distance(grid, |x| self.signed_distance(x))
     }
 }
 

@@ -1,9 +1,9 @@
 //! A rectangle in the plane: a plane body.
 
 use super::slab::slab;
-use super::{Shape, check, fill::fill_by_distance};
+use super::{Shape, check};
 use crate::error::InvalidInput;
-use crate::grid::{Bounds, Grid};
+use crate::grid::Bounds;
 use crate::mesh::TriangleMesh;
 use crate::tensor::Vec3;
 
@@ -71,10 +71,6 @@ impl Shape for RectangleShape {
 
     fn is_box(&self) -> bool {
         true
-    }
-
-    fn fill(&self, grid: &Grid) -> Vec<f64> {
-        fill_by_distance(grid, |x| self.signed_distance(x))
     }
 }
 

@@ -1,8 +1,8 @@
 //! A ball.
 
-use super::{Shape, check, fill::fill_by_distance};
+use super::{Shape, check};
 use crate::error::InvalidInput;
-use crate::grid::{Bounds, Grid};
+use crate::grid::Bounds;
 use crate::mesh::TriangleMesh;
 use crate::tensor::Vec3;
 use std::collections::HashMap;
@@ -84,15 +84,12 @@ impl Shape for SphereShape {
     fn surface(&self) -> &TriangleMesh {
         &self.surface
     }
-
-    fn fill(&self, grid: &Grid) -> Vec<f64> {
-        fill_by_distance(grid, |x| self.signed_distance(x))
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grid::Grid;
     use approx::assert_relative_eq;
 
     #[test]

@@ -17,7 +17,7 @@ pub(super) struct Modes {
 
 impl Modes {
     /// The modes of `simulation`, whose displacement at rest is `rest` (component by component), with its own
-    /// K as a dense matrix; nothing may be held but by mirror planes that rest.
+    /// K as a dense matrix; what holds the body rests.
     pub fn new(simulation: &mut Simulation, rest: &[f64], relaxation_time: f64) -> Result<Self, String> {
         let size = rest.len();
         let n = size / 3;

@@ -33,7 +33,7 @@ pub(super) struct Memory {
     constants: Vec<Tile>,
 }
 
-/// Those of a particle.
+/// What the term needs of one particle.
 pub(super) struct Remembered {
     /// d.
     pub(super) displacement: Vec3,

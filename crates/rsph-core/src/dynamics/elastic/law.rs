@@ -67,7 +67,7 @@ impl Elastic {
     fn take_rate(&mut self, t: f64, v: &[f64]) {
         self.lift.set_targets(|m| m.velocity(t), |m| m.velocity(t));
         self.spread(v, None);
-        self.visit_sums(|_, _, sums, _| components_of(&sums.deformation));
+        self.visit_sums(false, |_, _, sums, _| components_of(&sums.deformation));
         if self.work.rate.is_empty() {
             self.work.rate = self.lattice.tiles.field(PAIR_COMPONENTS);
         }
@@ -142,7 +142,7 @@ impl Elastic {
         self.spread_share(t, share, u);
         let mut state = std::mem::take(&mut self.work.state);
         let taken = taken.filter(|_| !state.is_empty());
-        self.visit_sums(|body, a, sums, _| {
+        self.visit_sums(false, |body, a, sums, _| {
             let f = Mat3::identity() + sums.deformation;
             let mut out = components_of(&f);
             out[FACTOR] = 1.0;
@@ -229,7 +229,7 @@ impl Elastic {
     pub fn smallest_jacobian(&mut self, t: f64, u: &[f64]) -> Option<(usize, f64)> {
         let is_linear = self.linear;
         self.spread_displacement(t, u);
-        self.visit_sums(|body, a, sums, _| {
+        self.visit_sums(false, |body, a, sums, _| {
             let g =
                 if is_linear { super::undeformed(body.stretch, a, &sums.gradient) } else { sums.deformation };
             let mut out = [0.0; PAIR_COMPONENTS];
@@ -255,7 +255,7 @@ impl Elastic {
         self.spread_displacement(t, u);
         let (material, rate) = (Arc::clone(&self.material), std::mem::take(&mut self.work.rate));
         let law = material.law();
-        self.visit_sums(|body, a, sums, _| {
+        self.visit_sums(false, |body, a, sums, _| {
             let none = Mat3::zeros();
             let f_rate = if is_damped { matrix(&rate, body.spread.tiles.place(a)) } else { none };
             let (strain, stress) = law.measures(relaxation_time, &sums.deformation, &f_rate);
@@ -314,7 +314,7 @@ impl Elastic {
         self.spread_share(t, share, u);
         let (material, kappa) = (Arc::clone(&self.material), self.hourglass);
         let law = material.law();
-        self.visit_sums(|_, _, sums, _| {
+        self.visit_sums(true, |_, _, sums, _| {
             // Energy of the one-sided residual u_b - u_a - G_a X; pairs of particles count from both sides.
             // G M G^T = G H^T for H = G M, where L is the (pseudo-)inverse of M.
             let residual = -2.0 * sums.value.dot(&sums.laplacian) - sums.smooth[1].dot(&sums.smooth[0]);

@@ -125,10 +125,7 @@ impl Elastic {
         let origin = if n > 0 { value(0) } else { Vec3::zeros() };
         scatter(&self.lattice.tiles, &self.constants, u, v, &origin, &mut self.work.q);
         let components = self.components();
-        let Workspace { q, side, lifted, products, .. } = &mut self.work;
-        if let Some(memory) = &self.memory {
-            memory.spread(&self.lattice, q, products);
-        }
+        let Workspace { q, side, lifted, .. } = &mut self.work;
         if !self.lift.is_empty() {
             let tiles = &self.lattice.tiles;
             let constants = &self.constants;
@@ -170,14 +167,19 @@ impl Elastic {
     }
 
     /// Leaves `visit(body, particle, sums, slopes)` of the field that was spread in the tiled field `pair`, and what it
-    /// makes of `slopes`, V P and dE/dU of the hourglass term, where the second sweep wants them.
+    /// makes of `slopes`, V P and dE/dU of the hourglass term, where the second sweep wants them. Only for that term
+    /// (`hourglass`) what it remembers is summed.
     pub(super) fn visit_sums(
         &mut self,
+        hourglass: bool,
         visit: impl Fn(&Body<'_>, usize, &Sums, &mut [[f64; MAX_SIDE]; 2]) -> [f64; PAIR_COMPONENTS] + Sync,
     ) {
         let components = self.components();
         let Workspace { q, pair, side, lifted, products, .. } = &mut self.work;
-        let memory = self.memory.as_ref();
+        let memory = self.memory.as_ref().filter(|_| hourglass);
+        if let Some(memory) = memory {
+            memory.spread(&self.lattice, q, products);
+        }
         let tiles = &self.lattice.tiles;
         let body = Body {
             stretch: &self.stretch,
@@ -216,7 +218,7 @@ impl Elastic {
     /// [`Self::stress_sweep`] with P as a function of (tiles, particle, grad z).
     pub(super) fn general_stress_sweep(&mut self, first_piola: impl Fn(&Tiles, usize, &Mat3) -> Mat3 + Sync) {
         let kappa = self.hourglass;
-        self.visit_sums(|body, a, sums, [stress, slope]| {
+        self.visit_sums(true, |body, a, sums, [stress, slope]| {
             let m = &sums.moments;
             let piola = first_piola(body.spread.tiles, a, &sums.deformation);
             let q = piola * m.volume;
