@@ -9,7 +9,6 @@ pub mod run;
 pub mod scenario;
 mod shape_of;
 pub mod sink;
-pub mod validation;
 mod whole_file;
 
 pub use lower::{Cadence, Job};

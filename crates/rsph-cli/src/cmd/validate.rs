@@ -3,8 +3,8 @@
 use crate::exit::{Code, Trouble};
 use crate::output::{number, print};
 use clap::Args;
-use rsph_scenario::validation::report::{self, Conditions};
-use rsph_scenario::validation::{self, CASES, Row};
+use rsph_validation::report::{self, Conditions};
+use rsph_validation::{CASES, Outcome, Row};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -50,8 +50,8 @@ pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
     }
     let all = arguments.names.iter().any(|n| n == "all");
     let names = if all { vec![] } else { arguments.names.clone() };
-    if let Some(stranger) = names.iter().find(|n| !validation::names().any(|known| known == *n)) {
-        let known: Vec<&str> = validation::names().collect();
+    if let Some(stranger) = names.iter().find(|n| !rsph_validation::names().any(|known| known == *n)) {
+        let known: Vec<&str> = rsph_validation::names().collect();
         return Err(Trouble::input(
             format!("there is no validation \"{stranger}\""),
             format!("known: all {}", known.join(" ")),
@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
         write_report(path, &[], &conditions)?;
     }
     let mut progress = |name: &str| tracing::info!("{name}");
-    let outcomes = validation::run(&names, arguments.quick, &arguments.output, &mut progress)
+    let outcomes = rsph_validation::run(&names, arguments.quick, &arguments.output, &mut progress)
         .map_err(|e| Trouble::system(e.to_string(), "see `rsph validate --help`"))?;
     let rows: Vec<Row> = outcomes.iter().flat_map(|o| o.rows.clone()).collect();
     if let Some(path) = &arguments.json {
@@ -95,18 +95,14 @@ fn write_json(path: &PathBuf, rows: &[Row]) -> Result<(), Trouble> {
         .map_err(|e| Trouble::input(format!("cannot write {}: {e}", path.display()), "choose another file"))
 }
 
-fn write_report(
-    path: &Path,
-    outcomes: &[validation::Outcome],
-    conditions: &Conditions,
-) -> Result<(), Trouble> {
+fn write_report(path: &Path, outcomes: &[Outcome], conditions: &Conditions) -> Result<(), Trouble> {
     report::write(path, outcomes, conditions, Path::new(DOCUMENTS))
         .map_err(|e| Trouble::input(e.to_string(), "choose another file with --report"))
 }
 
 /// Names and what they compare, one to a line.
 fn list() -> String {
-    let width = validation::names().map(str::len).max().unwrap_or(0);
+    let width = rsph_validation::names().map(str::len).max().unwrap_or(0);
     CASES.iter().fold(String::new(), |mut text, case| {
         let _ = writeln!(text, "{:width$}  {}", case.name, case.about);
         text

@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// A neighbour of `path` with `ending` behind its name.
-pub fn beside(path: &Path, ending: &str) -> PathBuf {
+pub(super) fn beside(path: &Path, ending: &str) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(ending);
     path.with_file_name(name)
@@ -28,7 +28,10 @@ pub fn write(path: &Path, contents: &[u8]) -> Result<(), SinkError> {
 ///
 /// # Errors
 /// When `fill` fails, the folder can not be written or the disk is full; an old file is then untouched.
-pub fn replace(path: &Path, fill: impl FnOnce(&Path) -> Result<(), SinkError>) -> Result<(), SinkError> {
+pub(super) fn replace(
+    path: &Path,
+    fill: impl FnOnce(&Path) -> Result<(), SinkError>,
+) -> Result<(), SinkError> {
     let part = beside(path, ".part");
     let stored = fill(&part).and_then(|()| {
         sync(&part)
@@ -46,7 +49,7 @@ pub fn replace(path: &Path, fill: impl FnOnce(&Path) -> Result<(), SinkError>) -
 ///
 /// # Errors
 /// The system's.
-pub fn sync(path: &Path) -> io::Result<()> {
+pub(super) fn sync(path: &Path) -> io::Result<()> {
     File::open(path)?.sync_all()
 }
 
@@ -54,7 +57,7 @@ pub fn sync(path: &Path) -> io::Result<()> {
 ///
 /// # Errors
 /// The system's.
-pub fn sync_folder(path: &Path) -> io::Result<()> {
+pub(super) fn sync_folder(path: &Path) -> io::Result<()> {
     // Only where a folder can be opened like a file.
     if cfg!(unix) {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));

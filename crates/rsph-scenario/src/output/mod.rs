@@ -1,10 +1,11 @@
 //! A run's folder: particles and surface for ParaView and pyvista, probes as a table, a summary for
 //! scripts and a report for people.
 
-pub(crate) mod atomic;
+pub mod atomic;
 pub mod checkpoint;
 mod foreign;
 mod frames_file;
+pub mod html;
 mod info;
 mod machine;
 mod number;

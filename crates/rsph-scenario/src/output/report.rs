@@ -6,8 +6,7 @@ mod packed;
 mod tables;
 mod thinned;
 
-pub(crate) use tables::escape;
-
+use super::html::{escape, fill};
 use super::polydata::PolyData;
 use super::summary::Summary;
 use super::{RunInfo, VERSION, atomic, units};
@@ -103,7 +102,7 @@ impl Report {
             }
         });
         Ok(fill(TEMPLATE, &|name| match name {
-            "title" => tables::escape(&info.title),
+            "title" => escape(&info.title),
             "style" => STYLE.to_owned(),
             "plotly" => plotly(),
             "script" => SCRIPT.to_owned(),
@@ -114,8 +113,8 @@ impl Report {
             "cards" => tables::cards(info, summary),
             "parameters" => tables::parameters(info, summary),
             "notes" => tables::notes(summary),
-            "view_note" => tables::escape(&view_note),
-            "scenario" => tables::escape(&info.scenario),
+            "view_note" => escape(&view_note),
+            "scenario" => escape(&info.scenario),
             "sha256" => summary.scenario_sha256.clone(),
             "version" => VERSION.to_owned(),
             _ => String::new(),
@@ -146,20 +145,6 @@ impl Report {
     }
 }
 
-/// The template with every `{{name}}` replaced by `value(name)`, in one pass: what is put in is
-/// not searched again.
-pub(crate) fn fill(template: &str, value: &dyn Fn(&str) -> String) -> String {
-    let mut out = String::new();
-    let mut rest = template;
-    while let Some((before, after)) = rest.split_once("{{") {
-        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
-        out.push_str(before);
-        out.push_str(&value(name));
-        rest = after;
-    }
-    out + rest
-}
-
 /// The plotly.js library that the `plotly` crate carries, without the formula library behind it.
 fn plotly() -> String {
     let sources = plotly::Plot::offline_js_sources();
@@ -170,12 +155,6 @@ fn plotly() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn filling_is_one_pass() {
-        let page = fill("a {{x}} b {{y}} c", &|name| format!("<{name} {{{{x}}}}>"));
-        assert_eq!(page, "a <x {{x}}> b <y {{x}}> c");
-    }
 
     #[test]
     fn the_plot_library_is_whole_and_alone() {

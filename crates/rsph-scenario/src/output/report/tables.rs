@@ -1,15 +1,11 @@
 //! The words of the page: everything that is readable without its script.
 
+use crate::output::html::escape;
 use crate::output::info::{Parameter, RunInfo};
 use crate::output::summary::{Remeshing, Summary};
 use crate::output::units::{bracket, label, name, number};
 use crate::sink::{Outcome, Status};
 use std::fmt::Write;
-
-/// `text` as HTML.
-pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
 
 /// A number with its unit.
 fn quantity(info: &RunInfo, x: f64, si: &str) -> String {

@@ -1,9 +1,9 @@
 //! The liver of the Visible Human that hangs by its cut: strains of 20 % over much of it, 40 % at their worst.
 
-use crate::validation::Row;
-use crate::validation::case::LIVER_VISIBLE_HUMAN;
-use crate::validation::equilibrium::{accurate_liver, solved};
-use crate::validation::surfaces::livers::weight;
+use crate::Row;
+use crate::case::LIVER_VISIBLE_HUMAN;
+use crate::equilibrium::{accurate_liver, solved};
+use crate::surfaces::livers::weight;
 
 /// Mean displacement along y (m) by Poisson's ratio, good to 0.5 %: finite elements (`validation/references/liver_finite_strain.py`, 17.912 mm
 /// on the mesh pq10) and 1 % that this mesh lacks at small strain.

@@ -6,11 +6,11 @@ use super::{
     CANTILEVER, CANTILEVER_WEIGHT, CUBE, POSITIONS, TURNS, clamped_beam, clamped_cube, end_shear, livers,
     local_load, own_weight, placed,
 };
-use crate::validation::Row;
-use crate::validation::case::LIVER_VISIBLE_HUMAN;
-use crate::validation::equilibrium::{accurate_liver, solved};
-use crate::validation::figure::{Curve, Figure};
-use crate::validation::liver;
+use crate::Row;
+use crate::case::LIVER_VISIBLE_HUMAN;
+use crate::equilibrium::{accurate_liver, solved};
+use crate::figure::{Curve, Figure};
+use crate::liver;
 use rsph_core::setup::Solver;
 use rsph_core::tensor::Vec3;
 use std::path::Path;

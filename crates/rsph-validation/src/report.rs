@@ -4,10 +4,10 @@
 mod readme;
 
 use super::{Outcome, Row};
-use crate::output::report::{escape, fill};
-use crate::output::{VERSION, atomic, number};
-use crate::sink::SinkError;
 use base64::Engine;
+use rsph_scenario::output::html::{escape, fill};
+use rsph_scenario::output::{VERSION, atomic, number};
+use rsph_scenario::sink::SinkError;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -194,7 +194,7 @@ fn duration(seconds: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::validation::CASES;
+    use crate::CASES;
 
     fn outcome(pass: bool) -> Outcome {
         let mut row = Row::at_most("deformation: <pieces>", 2.0, 3.0, "1").paper("about 900");

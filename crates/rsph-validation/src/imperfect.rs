@@ -2,12 +2,12 @@
 
 use super::Row;
 use super::liver::PARTS_MESH;
-use crate::mesh_io::read_mesh;
 use rsph_core::mesh::TriangleMesh;
 use rsph_core::sample::{Resolution, sample};
 use rsph_core::shape::{BoxShape, MeshShape, Shape, SphereShape, winding_field};
 use rsph_core::tensor::Vec3;
 use rsph_core::winding::WindingField;
+use rsph_scenario::mesh_io::read_mesh;
 use std::f64::consts::PI;
 use std::fmt::Write as _;
 use std::path::Path;

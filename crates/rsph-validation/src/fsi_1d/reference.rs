@@ -6,11 +6,11 @@ use rsph_core::snapshot::Snapshot;
 /// Profiles of a fine finite-difference solution (3200 + 3200 elements), checked by Chebyshev collocation;
 /// their source is told in the folder's README.
 const FILES: [(f64, &str); 5] = [
-    (0.0, include_str!("../../../../../validation/fsi_1d/reference/ref_t0.csv")),
-    (0.5, include_str!("../../../../../validation/fsi_1d/reference/ref_t0.5.csv")),
-    (1.0, include_str!("../../../../../validation/fsi_1d/reference/ref_t1.0.csv")),
-    (1.5, include_str!("../../../../../validation/fsi_1d/reference/ref_t1.5.csv")),
-    (2.0, include_str!("../../../../../validation/fsi_1d/reference/ref_t2.0.csv")),
+    (0.0, include_str!("../../../../validation/fsi_1d/reference/ref_t0.csv")),
+    (0.5, include_str!("../../../../validation/fsi_1d/reference/ref_t0.5.csv")),
+    (1.0, include_str!("../../../../validation/fsi_1d/reference/ref_t1.0.csv")),
+    (1.5, include_str!("../../../../validation/fsi_1d/reference/ref_t1.5.csv")),
+    (2.0, include_str!("../../../../validation/fsi_1d/reference/ref_t2.0.csv")),
 ];
 
 /// Position and velocity of the interface at some times, with more digits than the profiles have.

@@ -131,7 +131,7 @@ fn number(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::validation::render::{render, shaded};
+    use crate::render::{render, shaded};
     use rsph_core::shape::{Shape, SphereShape};
 
     #[test]

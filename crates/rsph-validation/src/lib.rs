@@ -1,4 +1,5 @@
-//! The reproductions and benchmarks of `validation/`, as rows of a table and a figure each.
+//! The reproductions and benchmarks of `validation/`, as rows of a table and a figure each: `rsph validate`.
+#![forbid(unsafe_code)]
 
 mod case;
 mod column;

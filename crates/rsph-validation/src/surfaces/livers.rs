@@ -1,10 +1,10 @@
 //! The liver of `equilibrium` for other Poisson's ratios, under its own weight, and what is read under its load.
 
 use super::case::read;
-use crate::validation::Row;
-use crate::validation::case::LIVER_VISIBLE_HUMAN;
-use crate::validation::equilibrium::{accurate_liver, solved};
-use crate::validation::liver::{CENTRE, PRESSURE, RADIUS};
+use crate::Row;
+use crate::case::LIVER_VISIBLE_HUMAN;
+use crate::equilibrium::{accurate_liver, solved};
+use crate::liver::{CENTRE, PRESSURE, RADIUS};
 use rsph_core::tensor::Vec3;
 
 /// Compliance (J) by Poisson's ratio; the references are good to 1 % (`validation/references/liver.py`).

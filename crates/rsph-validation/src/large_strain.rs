@@ -20,7 +20,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 const BLOCK: (&str, &str) =
-    ("block_large_strain.toml", include_str!("../../../../scenarios/block_large_strain.toml"));
+    ("block_large_strain.toml", include_str!("../../../scenarios/block_large_strain.toml"));
 
 /// Extension of the block under the load of the scenario: finite elements (validation/large_strain).
 const BLOCK_EXTENSION: f64 = 0.405546;

@@ -1,11 +1,11 @@
 //! Another fluid law in the same place: sound that meets the solid is partly reflected, partly let through.
 
-use crate::scenario::LoadedScenario;
-use crate::validation::Row;
-use crate::validation::case::FSI_1D;
+use crate::Row;
+use crate::case::FSI_1D;
 use rsph_core::setup::VectorField;
 use rsph_core::simulation::Simulation;
 use rsph_core::tensor::Vec3;
+use rsph_scenario::scenario::LoadedScenario;
 use std::path::PathBuf;
 use std::sync::Arc;
 

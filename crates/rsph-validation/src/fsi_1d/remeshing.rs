@@ -1,8 +1,8 @@
 //! What remeshing does to the fluid's momentum.
 
 use super::{END, finished, paper, with};
-use crate::validation::Row;
-use crate::validation::case::{FSI_1D, simulation};
+use crate::Row;
+use crate::case::{FSI_1D, simulation};
 use rsph_core::dynamics::fsi_1d::FluidStructure;
 use rsph_core::particles::Field;
 use rsph_core::setup::{Interaction, Mechanics};

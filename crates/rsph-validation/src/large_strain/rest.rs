@@ -1,9 +1,9 @@
 //! Bodies at rest under loads and plates that grow in steps, remeshed on the way.
 
 use super::{beyond, held, setup};
-use crate::validation::Row;
-use crate::validation::surfaces::case::beyond as outside;
-use crate::validation::surfaces::{POSITIONS, TURNS, placed};
+use crate::Row;
+use crate::surfaces::case::beyond as outside;
+use crate::surfaces::{POSITIONS, TURNS, placed};
 use rsph_core::material::NeoHookean;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::setup::{Load, LoadKind, Probe, Quantity, Ramp, RemeshTrigger, Setup, Solver};
@@ -120,7 +120,7 @@ pub(super) fn block(quick: bool) -> Result<Vec<Row>, String> {
     let cases = [
         Case {
             name: "tension",
-            references: &[include_str!("../../../../../validation/large_strain/block_tension.csv")],
+            references: &[include_str!("../../../../validation/large_strain/block_tension.csv")],
             load: 3.5 * Vec3::y(),
             plate: Vec3::zeros(),
             bounds: [(20, [0.36, 0.36, 0.45, 0.495]), (40, [0.09, 0.09, 0.135, 0.165])],
@@ -128,8 +128,8 @@ pub(super) fn block(quick: bool) -> Result<Vec<Row>, String> {
         Case {
             name: "shear",
             references: &[
-                include_str!("../../../../../validation/large_strain/block_shear.csv"),
-                include_str!("../../../../../validation/large_strain/block_shear_folded.csv"),
+                include_str!("../../../../validation/large_strain/block_shear.csv"),
+                include_str!("../../../../validation/large_strain/block_shear_folded.csv"),
             ],
             load: Vec3::zeros(),
             plate: Vec3::x(),

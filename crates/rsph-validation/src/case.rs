@@ -1,38 +1,38 @@
 //! Shipped scenarios as validations run them: with edits, and one probe's history.
 
-use crate::scenario::LoadedScenario;
 use rsph_core::error::Failure;
 use rsph_core::setup::Setup;
 use rsph_core::simulation::{Conservation, Simulation};
+use rsph_scenario::scenario::LoadedScenario;
 use std::path::PathBuf;
 use std::time::Instant;
 
 /// The scenario files that validations start from.
 pub(super) const TENSILE_LIVER: (&str, &str) =
-    ("tensile_liver.toml", include_str!("../../../../scenarios/tensile_liver.toml"));
+    ("tensile_liver.toml", include_str!("../../../scenarios/tensile_liver.toml"));
 pub(super) const TENSILE_KIDNEY: (&str, &str) =
-    ("tensile_kidney.toml", include_str!("../../../../scenarios/tensile_kidney.toml"));
+    ("tensile_kidney.toml", include_str!("../../../scenarios/tensile_kidney.toml"));
 pub(super) const LIVER_LOAD: (&str, &str) =
-    ("liver_load.toml", include_str!("../../../../scenarios/liver_load.toml"));
+    ("liver_load.toml", include_str!("../../../scenarios/liver_load.toml"));
 pub(super) const LIVER_LOAD_144: (&str, &str) =
-    ("liver_load_144.toml", include_str!("../../../../scenarios/liver_load_144.toml"));
+    ("liver_load_144.toml", include_str!("../../../scenarios/liver_load_144.toml"));
 pub(super) const LIVER_LOAD_TRANSIENT: (&str, &str) =
-    ("liver_load_transient.toml", include_str!("../../../../scenarios/liver_load_transient.toml"));
+    ("liver_load_transient.toml", include_str!("../../../scenarios/liver_load_transient.toml"));
 pub(super) const LIVER_VISIBLE_HUMAN: (&str, &str) =
-    ("liver_visible_human.toml", include_str!("../../../../scenarios/liver_visible_human.toml"));
+    ("liver_visible_human.toml", include_str!("../../../scenarios/liver_visible_human.toml"));
 pub(super) const HANGING_COLUMN: (&str, &str) =
-    ("hanging_column.toml", include_str!("../../../../scenarios/hanging_column.toml"));
+    ("hanging_column.toml", include_str!("../../../scenarios/hanging_column.toml"));
 pub(super) const OSCILLATING_BAR: (&str, &str) =
-    ("oscillating_bar.toml", include_str!("../../../../scenarios/oscillating_bar.toml"));
+    ("oscillating_bar.toml", include_str!("../../../scenarios/oscillating_bar.toml"));
 pub(super) const OSCILLATING_BEAM: (&str, &str) =
-    ("oscillating_beam.toml", include_str!("../../../../scenarios/oscillating_beam.toml"));
+    ("oscillating_beam.toml", include_str!("../../../scenarios/oscillating_beam.toml"));
 
 pub(super) const DEFORMATION: (&str, &str) =
-    ("deformation.toml", include_str!("../../../../scenarios/deformation.toml"));
+    ("deformation.toml", include_str!("../../../scenarios/deformation.toml"));
 pub(super) const DEFORMATION_REMESHED: (&str, &str) =
-    ("deformation_remeshed.toml", include_str!("../../../../scenarios/deformation_remeshed.toml"));
+    ("deformation_remeshed.toml", include_str!("../../../scenarios/deformation_remeshed.toml"));
 
-pub(super) const FSI_1D: (&str, &str) = ("fsi_1d.toml", include_str!("../../../../scenarios/fsi_1d.toml"));
+pub(super) const FSI_1D: (&str, &str) = ("fsi_1d.toml", include_str!("../../../scenarios/fsi_1d.toml"));
 
 /// The history of a run's first probe.
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 
 use super::case::{Case, YOUNG, beyond, hold, read, symmetry};
 use super::meshes::{ellipse, hollow, shape_of, tube};
-use crate::validation::Row;
+use crate::Row;
 use rsph_core::mesh::TriangleMesh;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::setup::{Fix, LoadKind};

@@ -2,7 +2,7 @@
 //! momentum.
 
 use super::setup;
-use crate::validation::Row;
+use crate::Row;
 use rsph_core::particles::Field;
 use rsph_core::setup::{RemeshTrigger, Setup, Solver, VectorField};
 use rsph_core::shape::{DiscShape, SphereShape};

@@ -13,7 +13,7 @@
 use super::beyond;
 use super::case::{Case, YOUNG, hold, read};
 use super::meshes::{ball, shape_of, turned};
-use crate::validation::Row;
+use crate::Row;
 use rsph_core::setup::{Fix, LoadKind, PatchCentre};
 use rsph_core::tensor::Vec3;
 use std::f64::consts::FRAC_PI_2;

@@ -2,7 +2,7 @@
 //! (2006) without the fluid, CSM1 to CSM3.
 
 use super::{beyond, held, setup};
-use crate::validation::Row;
+use crate::Row;
 use rsph_core::material::{Material, NeoHookean, SaintVenantKirchhoff};
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
