@@ -1,6 +1,6 @@
 //! A run: from a scenario and a folder to its outcome.
 
-mod books;
+mod accounting;
 mod folder;
 mod frames;
 mod memory;
@@ -174,14 +174,14 @@ pub fn run_with(
     let mut ready = Ready::new(scenario)?;
     if let Some(checkpoint) = &checkpoint {
         ready.notes.extend(resume::note(checkpoint));
-        resume::restore(folder, checkpoint, &mut ready.simulation, &mut ready.books)?;
+        resume::restore(folder, checkpoint, &mut ready.simulation, &mut ready.accounting)?;
     } else {
         output.claim()?;
     }
     let mut sink = make_sink(&ready.start(scenario, folder, checkpoint.as_ref()))?;
     observer.started(ready.simulation.description(), &ready.notes);
     if checkpoint.is_some() {
-        observer.resumed(ready.simulation.time(), ready.books.done);
+        observer.resumed(ready.simulation.time(), ready.accounting.done);
     }
     Ok(ready.go(sink.as_mut(), observer, stop)?)
 }

@@ -1,7 +1,7 @@
 //! The run loop: from frame to frame, with everything that is seen on the way handed to a sink, and checkpoints.
 
 use super::Observer;
-use super::books::Books;
+use super::accounting::Accounting;
 use crate::lower::Cadence;
 use crate::sink::{Event, Outcome, RunSink, SinkError, Status};
 use rsph_core::simulation::Simulation;
@@ -11,11 +11,11 @@ use std::time::{Duration, Instant};
 /// Shortest wall time between two reports of progress.
 const REPORT_INTERVAL: Duration = Duration::from_millis(100);
 
-/// A simulation on its way to `until`, as far as its books say.
+/// A simulation on its way to `until`.
 pub(super) struct Run<'a> {
     pub simulation: &'a mut Simulation,
     pub until: f64,
-    pub books: Books,
+    pub accounting: Accounting,
     pub cadence: Cadence,
     pub sink: &'a mut dyn RunSink,
     pub observer: &'a mut dyn Observer,
@@ -29,22 +29,22 @@ impl Run<'_> {
     /// When the sink can not store a result.
     pub fn advance(&mut self, interval: f64) -> Result<Outcome, SinkError> {
         let mut clock = self.start()?;
-        let count = frame_count(self.books.origin, self.until, interval);
-        while self.books.done < count {
-            let t = frame_time(self.books.origin, self.until, interval, self.books.done + 1, count);
-            let Self { books, sink, observer, until, stop, cadence, .. } = self;
+        let count = frame_count(self.accounting.origin, self.until, interval);
+        while self.accounting.done < count {
+            let t = frame_time(self.accounting.origin, self.until, interval, self.accounting.done + 1, count);
+            let Self { accounting, sink, observer, until, stop, cadence, .. } = self;
             let mut trouble = None;
             let mut on_the_way = |s: &mut Simulation| -> Result<(), SinkError> {
                 // The moment of a frame is sampled with the frame.
-                if s.step_count().is_multiple_of(books.stride) {
-                    sample(*sink, books, s)?;
+                if s.step_count().is_multiple_of(accounting.stride) {
+                    sample(*sink, accounting, s)?;
                 }
                 if clock.is_time_to_report() {
-                    observer.progressed(&books.progress(s, *until));
+                    observer.progressed(&accounting.progress(s, *until));
                     sink.take(Event::Tick)?;
                 }
                 if clock.is_due(cadence) {
-                    checkpoint(*sink, books, s)?;
+                    checkpoint(*sink, accounting, s)?;
                     clock.stored();
                 }
                 Ok(())
@@ -65,14 +65,14 @@ impl Run<'_> {
             if self.simulation.time() < t {
                 return self.interrupted();
             }
-            frame(self.sink, &mut self.books, self.simulation)?;
-            self.books.done += 1;
+            frame(self.sink, &mut self.accounting, self.simulation)?;
+            self.accounting.done += 1;
             clock.frame();
-            if self.stop.load(Ordering::Relaxed) && self.books.done < count {
+            if self.stop.load(Ordering::Relaxed) && self.accounting.done < count {
                 return self.interrupted();
             }
             if clock.is_due(&self.cadence) {
-                checkpoint(self.sink, &self.books, self.simulation)?;
+                checkpoint(self.sink, &self.accounting, self.simulation)?;
                 clock.stored();
             }
         }
@@ -86,8 +86,8 @@ impl Run<'_> {
     /// When the sink can not store a result.
     pub fn settle(&mut self, steps: usize) -> Result<Outcome, SinkError> {
         let mut clock = self.start()?;
-        while self.books.done < steps as u64 {
-            let k = self.books.done + 1;
+        while self.accounting.done < steps as u64 {
+            let k = self.accounting.done + 1;
             let last = k == steps as u64;
             let t = if last { self.until } else { self.until * (k as f64 / steps as f64) };
             let Self { observer, stop, .. } = self;
@@ -98,15 +98,15 @@ impl Run<'_> {
                 !stop.load(Ordering::Relaxed)
             });
             match solved {
-                Ok(_) => frame(self.sink, &mut self.books, self.simulation)?,
+                Ok(_) => frame(self.sink, &mut self.accounting, self.simulation)?,
                 Err(_) if self.stop.load(Ordering::Relaxed) => return self.interrupted(),
                 Err(failure) => return self.failed(failure),
             }
-            self.books.done = k;
+            self.accounting.done = k;
             clock.frame();
             self.sink.take(Event::Tick)?;
             if clock.is_due(&self.cadence) {
-                checkpoint(self.sink, &self.books, self.simulation)?;
+                checkpoint(self.sink, &self.accounting, self.simulation)?;
                 clock.stored();
             }
         }
@@ -115,27 +115,27 @@ impl Run<'_> {
 
     /// The first frame and the first checkpoint, unless the run goes on from one.
     fn start(&mut self) -> Result<Clock, SinkError> {
-        if self.books.last_frame.is_none() {
-            frame(self.sink, &mut self.books, self.simulation)?;
-            checkpoint(self.sink, &self.books, self.simulation)?;
+        if self.accounting.last_frame.is_none() {
+            frame(self.sink, &mut self.accounting, self.simulation)?;
+            checkpoint(self.sink, &self.accounting, self.simulation)?;
         }
         Ok(Clock { reported: Instant::now(), stored: Instant::now(), frames: 0 })
     }
 
     fn finished(&mut self) -> Result<Outcome, SinkError> {
-        checkpoint(self.sink, &self.books, self.simulation)?;
+        checkpoint(self.sink, &self.accounting, self.simulation)?;
         self.close(Status::Finished)
     }
 
     /// The checkpoint comes before the frame of the moment of the stop, which an uninterrupted run would not have.
     fn interrupted(&mut self) -> Result<Outcome, SinkError> {
-        checkpoint(self.sink, &self.books, self.simulation)?;
-        frame(self.sink, &mut self.books, self.simulation)?;
+        checkpoint(self.sink, &self.accounting, self.simulation)?;
+        frame(self.sink, &mut self.accounting, self.simulation)?;
         self.close(Status::Interrupted)
     }
 
     fn failed(&mut self, failure: rsph_core::error::Failure) -> Result<Outcome, SinkError> {
-        frame(self.sink, &mut self.books, self.simulation)?;
+        frame(self.sink, &mut self.accounting, self.simulation)?;
         if let Some(wreck) = self.simulation.wreck() {
             self.sink.take(Event::Wreck(wreck.clone()))?;
         }
@@ -144,10 +144,10 @@ impl Run<'_> {
 
     fn close(&mut self, status: Status) -> Result<Outcome, SinkError> {
         let s = &*self.simulation;
-        self.observer.progressed(&self.books.progress(s, self.until));
+        self.observer.progressed(&self.accounting.progress(s, self.until));
         let outcome = Outcome {
             status,
-            wall_seconds: self.books.wall_seconds(),
+            wall_seconds: self.accounting.wall_seconds(),
             steps: s.step_count(),
             rhs_evaluations: s.rhs_evaluations(),
             time: s.time(),
@@ -193,26 +193,26 @@ impl Clock {
     }
 }
 
-fn checkpoint(sink: &mut dyn RunSink, books: &Books, s: &Simulation) -> Result<(), SinkError> {
+fn checkpoint(sink: &mut dyn RunSink, accounting: &Accounting, s: &Simulation) -> Result<(), SinkError> {
     let mut state = s.state();
-    books.save(&mut state);
+    accounting.save(&mut state);
     sink.take(Event::Checkpoint(state))
 }
 
 /// A sample, none of them twice.
-fn sample(sink: &mut dyn RunSink, books: &mut Books, s: &mut Simulation) -> Result<(), SinkError> {
+fn sample(sink: &mut dyn RunSink, accounting: &mut Accounting, s: &mut Simulation) -> Result<(), SinkError> {
     // A run that failed goes back to its last good state, which is behind the last sample.
-    if books.last_sample.is_some_and(|last| s.step_count() <= last) {
+    if accounting.last_sample.is_some_and(|last| s.step_count() <= last) {
         return Ok(());
     }
-    books.last_sample = Some(s.step_count());
+    accounting.last_sample = Some(s.step_count());
     sink.take(Event::Sample(s.time(), s.readings(), s.conservation()))
 }
 
 /// A frame, none of them twice, and a sample with it.
-fn frame(sink: &mut dyn RunSink, books: &mut Books, s: &mut Simulation) -> Result<(), SinkError> {
-    sample(sink, books, s)?;
-    if books.last_frame.replace(s.step_count()) == Some(s.step_count()) {
+fn frame(sink: &mut dyn RunSink, accounting: &mut Accounting, s: &mut Simulation) -> Result<(), SinkError> {
+    sample(sink, accounting, s)?;
+    if accounting.last_frame.replace(s.step_count()) == Some(s.step_count()) {
         return Ok(());
     }
     s.rest();

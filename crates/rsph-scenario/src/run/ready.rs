@@ -1,6 +1,6 @@
 //! A scenario that is found good and made a simulation, ready to run.
 
-use super::books::Books;
+use super::accounting::Accounting;
 use super::frames::Run;
 use super::{Observer, RunError, RunStart, room};
 use crate::lower::{Cadence, Mode};
@@ -19,7 +19,7 @@ pub(super) struct Ready {
     pub simulation: Simulation,
     /// Notes of the scenario and the simulation.
     pub notes: Vec<String>,
-    pub books: Books,
+    pub accounting: Accounting,
     /// What is known of the simulation before the first step.
     description: Description,
     mode: Mode,
@@ -45,7 +45,7 @@ impl Ready {
         notes.extend(description.notes.iter().cloned());
         Ok(Self {
             notes,
-            books: Books::begin(&simulation, job.until),
+            accounting: Accounting::begin(&simulation, job.until),
             simulation,
             description,
             mode: job.mode,
@@ -84,8 +84,8 @@ impl Ready {
         observer: &mut dyn Observer,
         stop: &AtomicBool,
     ) -> Result<Outcome, SinkError> {
-        let Self { mut simulation, books, mode, until, interval, cadence, .. } = self;
-        let mut run = Run { simulation: &mut simulation, until, books, cadence, sink, observer, stop };
+        let Self { mut simulation, accounting, mode, until, interval, cadence, .. } = self;
+        let mut run = Run { simulation: &mut simulation, until, accounting, cadence, sink, observer, stop };
         match mode {
             Mode::Dynamic => run.advance(interval),
             Mode::Static { steps } => run.settle(steps),

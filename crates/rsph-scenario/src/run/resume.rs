@@ -1,6 +1,6 @@
 //! A run that goes on from its checkpoint: the same scenario, and the same state.
 
-use super::books::Books;
+use super::accounting::Accounting;
 use crate::output::VERSION;
 use crate::output::checkpoint::{Checkpoint, CheckpointError, FILE as CHECKPOINT};
 use crate::scenario::LoadedScenario;
@@ -104,12 +104,12 @@ pub(super) fn restore(
     folder: &Path,
     checkpoint: &Checkpoint,
     simulation: &mut Simulation,
-    books: &mut Books,
+    accounting: &mut Accounting,
 ) -> Result<(), CheckpointError> {
     let state = &checkpoint.state;
     simulation
         .set_state(state)
-        .and_then(|()| books.restore(state, simulation))
+        .and_then(|()| accounting.restore(state, simulation))
         .map_err(|e| CheckpointError::new(folder, format!("`{}`: {}", e.key, e.problem), e.remedy))
 }
 

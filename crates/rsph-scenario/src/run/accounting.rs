@@ -1,4 +1,4 @@
-//! What a run keeps account of besides the simulation: where it began, how often it samples, how long it took.
+//! The accounting of a run besides its simulation: where it began, how often it samples, how long it took.
 
 use super::Progress;
 use rsph_core::error::InvalidInput;
@@ -9,18 +9,18 @@ use std::time::Instant;
 /// A run records its probes at least this often, or at every step if it has fewer.
 const MIN_SAMPLES: u64 = 1000;
 
-/// The books of a run.
+/// Start, sampling, progress and wall time of a run.
 #[derive(Clone, Debug)]
-pub(super) struct Books {
+pub(super) struct Accounting {
     /// Time at which it began; frames are counted from there.
     pub origin: f64,
     /// Steps between two samples.
     pub stride: u64,
     /// Frames after the first one, or equilibria, that are done.
     pub done: u64,
-    /// Steps at the last sample and at the last frame.
+    /// Steps at the last sample.
     pub last_sample: Option<u64>,
-    /// See `last_sample`.
+    /// Steps at the last frame.
     pub last_frame: Option<u64>,
     /// Wall time before this program took over (s).
     wall_before: f64,
@@ -29,8 +29,8 @@ pub(super) struct Books {
     before: [u64; 2],
 }
 
-impl Books {
-    /// Those of a run of `simulation` up to `until`.
+impl Accounting {
+    /// Begins the accounting of a run of `s` up to `until`.
     pub fn begin(s: &Simulation, until: f64) -> Self {
         Self {
             origin: s.time(),
@@ -49,7 +49,7 @@ impl Books {
         self.wall_before + self.wall.elapsed().as_secs_f64()
     }
 
-    /// Puts the books into `state`.
+    /// Stores everything in `state`.
     pub fn save(&self, state: &mut State) {
         state.put("run/times", [self.origin, self.wall_seconds()]);
         let step = |last: Option<u64>| last.map_or(-1, |step| step as i64);
@@ -57,7 +57,7 @@ impl Books {
         state.put_whole("run/counts", counts);
     }
 
-    /// Takes them back for `simulation`, whose state is restored.
+    /// Takes everything back from `state`; that of `s` is already restored.
     ///
     /// # Errors
     /// What is missing or damaged.
