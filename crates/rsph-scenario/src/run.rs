@@ -3,16 +3,16 @@
 mod accounting;
 mod folder;
 mod frames;
-mod memory;
+mod in_memory;
+mod memory_estimate;
 mod ready;
 mod resume;
-mod room;
 mod store;
 mod writer_thread;
 
 pub use folder::{FolderError, OutputFolder};
-pub use memory::{Remembered, run_in_memory};
-pub use room::MemoryError;
+pub use in_memory::{Remembered, run_in_memory};
+pub use memory_estimate::MemoryError;
 
 use crate::output::checkpoint::{Checkpoint, CheckpointError};
 use crate::scenario::{LoadedScenario, ScenarioError};

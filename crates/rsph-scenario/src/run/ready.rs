@@ -2,7 +2,7 @@
 
 use super::accounting::Accounting;
 use super::frames::Run;
-use super::{Observer, RunError, RunStart, room};
+use super::{Observer, RunError, RunStart, memory_estimate};
 use crate::lower::{Cadence, Mode};
 use crate::output::checkpoint::Checkpoint;
 use crate::scenario::{KeyPath, LoadedScenario, ScenarioError};
@@ -35,7 +35,7 @@ impl Ready {
     /// Wrong input, or too little memory.
     pub fn new(scenario: &LoadedScenario) -> Result<Self, RunError> {
         let job = scenario.lower()?;
-        room::check(&job.setup)?;
+        memory_estimate::check(&job.setup)?;
         let simulation = Simulation::new(job.setup).map_err(|e| scenario.document().invalid_input(&e))?;
         if job.mode == Mode::Dynamic {
             check_steps(scenario, job.until, simulation.description().dt)?;

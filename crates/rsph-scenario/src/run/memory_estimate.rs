@@ -1,4 +1,4 @@
-//! Whether the memory of the machine holds a run.
+//! An estimate of the memory that a run needs, against what is free.
 
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{Formulation, Mechanics, RemeshTrigger, Setup};
