@@ -5,7 +5,7 @@ mod folder;
 mod frames;
 mod in_memory;
 mod memory_estimate;
-mod ready;
+mod prepared;
 mod resume;
 mod store;
 mod writer_thread;
@@ -17,7 +17,7 @@ pub use memory_estimate::MemoryError;
 use crate::output::checkpoint::{Checkpoint, CheckpointError};
 use crate::scenario::{LoadedScenario, ScenarioError};
 use crate::sink::{Outcome, RunSink, SinkError};
-use ready::Ready;
+use prepared::Prepared;
 use rsph_core::simulation::{Conservation, Description, Simulation};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -171,17 +171,17 @@ pub fn run_with(
         resume::check_scenario(folder, scenario, &found)?;
         checkpoint = Some(found);
     }
-    let mut ready = Ready::new(scenario)?;
+    let mut prepared = Prepared::new(scenario)?;
     if let Some(checkpoint) = &checkpoint {
-        ready.notes.extend(resume::note(checkpoint));
-        resume::restore(folder, checkpoint, &mut ready.simulation, &mut ready.accounting)?;
+        prepared.notes.extend(resume::note(checkpoint));
+        resume::restore(folder, checkpoint, &mut prepared.simulation, &mut prepared.accounting)?;
     } else {
         output.claim()?;
     }
-    let mut sink = make_sink(&ready.start(scenario, folder, checkpoint.as_ref()))?;
-    observer.started(ready.simulation.description(), &ready.notes);
+    let mut sink = make_sink(&prepared.start(scenario, folder, checkpoint.as_ref()))?;
+    observer.started(prepared.simulation.description(), &prepared.notes);
     if checkpoint.is_some() {
-        observer.resumed(ready.simulation.time(), ready.accounting.done);
+        observer.resumed(prepared.simulation.time(), prepared.accounting.done);
     }
-    Ok(ready.go(sink.as_mut(), observer, stop)?)
+    Ok(prepared.run(sink.as_mut(), observer, stop)?)
 }

@@ -1,6 +1,6 @@
 //! A run that leaves nothing on disk: its summary and its probes, for sweeps over many scenarios.
 
-use super::ready::Ready;
+use super::prepared::Prepared;
 use super::{Observer, RunError, store};
 use crate::output::RunInfo;
 use crate::output::summary::Summary;
@@ -30,11 +30,11 @@ pub fn run_in_memory(
     observer: &mut dyn Observer,
     stop: &AtomicBool,
 ) -> Result<(Remembered, Outcome), RunError> {
-    let mut ready = Ready::new(scenario)?;
-    let info = store::info(&ready.start(scenario, Path::new(""), None));
-    observer.started(ready.simulation.description(), &ready.notes);
+    let mut prepared = Prepared::new(scenario)?;
+    let info = store::info(&prepared.start(scenario, Path::new(""), None));
+    observer.started(prepared.simulation.description(), &prepared.notes);
     let mut memory = Memory::default();
-    let outcome = ready.go(&mut memory, observer, stop)?;
+    let outcome = prepared.run(&mut memory, observer, stop)?;
     Ok((memory.remembered(&info, &outcome), outcome))
 }
 

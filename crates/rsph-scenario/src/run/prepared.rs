@@ -15,7 +15,7 @@ use std::sync::atomic::AtomicBool;
 const MAX_STEPS: f64 = 1e12;
 
 /// A simulation with what its scenario says of the run.
-pub(super) struct Ready {
+pub(super) struct Prepared {
     pub simulation: Simulation,
     /// Notes of the scenario and the simulation.
     pub notes: Vec<String>,
@@ -28,7 +28,7 @@ pub(super) struct Ready {
     cadence: Cadence,
 }
 
-impl Ready {
+impl Prepared {
     /// Makes the simulation of `scenario`.
     ///
     /// # Errors
@@ -78,7 +78,7 @@ impl Ready {
     ///
     /// # Errors
     /// When `sink` can not store a result.
-    pub fn go(
+    pub fn run(
         self,
         sink: &mut dyn RunSink,
         observer: &mut dyn Observer,
