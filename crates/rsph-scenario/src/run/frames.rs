@@ -84,7 +84,7 @@ impl Run<'_> {
     ///
     /// # Errors
     /// When the sink can not store a result.
-    pub fn settle(&mut self, steps: usize) -> Result<Outcome, SinkError> {
+    pub fn run_static(&mut self, steps: usize) -> Result<Outcome, SinkError> {
         let mut clock = self.start()?;
         while self.accounting.done < steps as u64 {
             let k = self.accounting.done + 1;

@@ -88,7 +88,7 @@ impl Prepared {
         let mut run = Run { simulation: &mut simulation, until, accounting, cadence, sink, observer, stop };
         match mode {
             Mode::Dynamic => run.advance(interval),
-            Mode::Static { steps } => run.settle(steps),
+            Mode::Static { steps } => run.run_static(steps),
         }
     }
 }
