@@ -34,9 +34,9 @@ fn fails(name: &str, sets: &[&str], kind: &str, steps: u64, says: &[&str]) {
     // The last frame is good, and the post-mortem one comes after it.
     let last = read_step(&bench.path("r/particles.vtkhdf"), None).unwrap();
     assert!(last.fields.iter().all(|f| f.values.iter().all(|x| x.is_finite())));
-    let wreck = bench.path("r/post_mortem.vtkhdf");
-    assert_eq!(describe(&wreck).unwrap().steps(), 1);
-    assert!(read_step(&wreck, None).unwrap().time > last.time);
+    let post_mortem = bench.path("r/post_mortem.vtkhdf");
+    assert_eq!(describe(&post_mortem).unwrap().steps(), 1);
+    assert!(read_step(&post_mortem, None).unwrap().time > last.time);
 }
 
 #[test]

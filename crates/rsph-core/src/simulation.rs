@@ -108,8 +108,8 @@ pub struct Simulation {
     plan: Option<Plan>,
     /// Time step at the start.
     first_dt: f64,
-    /// What the last failure has made of the particles, and when.
-    wreck: Option<Snapshot>,
+    /// The particles as the last failure left them, and when.
+    failed_state: Option<Snapshot>,
 }
 
 /// Steps of even length up to a moment.
@@ -183,7 +183,7 @@ impl Simulation {
             equilibrium: None,
             plan: None,
             first_dt: description.dt,
-            wreck: None,
+            failed_state: None,
             setup,
             description,
             model,
@@ -396,7 +396,7 @@ impl Simulation {
     /// Goes back to the last good state and keeps what the failure has made of it.
     fn restore(&mut self) {
         let particles = self.particles.clone();
-        self.wreck = Some(Snapshot { time: self.time, step: self.steps, particles });
+        self.failed_state = Some(Snapshot { time: self.time, step: self.steps, particles });
         (self.time, self.steps) = self.watch.restore(self.model.dynamics(), &mut self.particles);
         // What follows from the restored columns.
         self.model.dynamics().impose(self.time, &mut self.particles);
@@ -492,8 +492,8 @@ impl Simulation {
 
     /// After a failure, the particles as they were when it was noticed, without derived columns; the simulation
     /// itself has gone back to its last good state.
-    pub fn wreck(&self) -> Option<&Snapshot> {
-        self.wreck.as_ref()
+    pub fn failed_state(&self) -> Option<&Snapshot> {
+        self.failed_state.as_ref()
     }
 
     /// The surface of the moment of `snapshot`, which is one of this simulation's.

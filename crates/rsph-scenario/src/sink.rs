@@ -77,8 +77,8 @@ pub enum Event {
     Tick,
     /// A moment from which the run can go on, with what to store for that; all results so far belong to it.
     Checkpoint(State),
-    /// What a failure has made of the particles; the frame of the last good state comes before it.
-    Wreck(Snapshot),
+    /// The particles as a failure left them; the frame of the last good state comes before.
+    PostMortem(Snapshot),
     /// The end of the run, good or bad: everything is to be closed.
     Finish(Box<Outcome>),
 }

@@ -137,7 +137,7 @@ impl RunSink for RunWriters {
             Event::Sample(time, readings, now) => self.sample(time, &readings, &now),
             Event::Tick => self.tick(),
             Event::Checkpoint(state) => self.checkpoint(state),
-            Event::Wreck(snapshot) => self.wreck(&snapshot),
+            Event::PostMortem(snapshot) => self.post_mortem(&snapshot),
             Event::Finish(outcome) => self.finish(&outcome),
         }
     }
@@ -204,11 +204,11 @@ impl RunWriters {
         Checkpoint { scenario, version, state }.write(&self.folder)
     }
 
-    /// Stores what a failure has made of the particles.
+    /// Stores the particles as a failure left them.
     ///
     /// # Errors
     /// When it can not be stored.
-    pub fn wreck(&mut self, snapshot: &Snapshot) -> Result<(), SinkError> {
+    pub fn post_mortem(&mut self, snapshot: &Snapshot) -> Result<(), SinkError> {
         let path = self.folder.join(POST_MORTEM);
         Ok(VtkHdfWriter::create(&path)?.append(snapshot)?)
     }

@@ -136,8 +136,8 @@ impl Run<'_> {
 
     fn failed(&mut self, failure: rsph_core::error::Failure) -> Result<Outcome, SinkError> {
         frame(self.sink, &mut self.accounting, self.simulation)?;
-        if let Some(wreck) = self.simulation.wreck() {
-            self.sink.take(Event::Wreck(wreck.clone()))?;
+        if let Some(snapshot) = self.simulation.failed_state() {
+            self.sink.take(Event::PostMortem(snapshot.clone()))?;
         }
         self.close(Status::Failed(failure))
     }

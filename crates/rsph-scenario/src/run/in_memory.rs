@@ -65,7 +65,7 @@ impl RunSink for Memory {
                 self.frames += 1;
             }
             Event::Sample(_, readings, now) => (self.readings, self.conservation) = (readings, now),
-            Event::Tick | Event::Checkpoint(_) | Event::Wreck(_) | Event::Finish(_) => {}
+            Event::Tick | Event::Checkpoint(_) | Event::PostMortem(_) | Event::Finish(_) => {}
         }
         Ok(())
     }
