@@ -7,7 +7,6 @@ Build a :class:`Simulation` from :mod:`rsph.shapes`, :mod:`rsph.materials`, :mod
 """
 
 from rsph import boundaries, fields, loads, materials, plot, regions, shapes
-from rsph import materials as material
 from rsph._rsph import __version__
 from rsph.errors import (
     Error,
@@ -46,7 +45,6 @@ __all__ = [
     "boundaries",
     "fields",
     "loads",
-    "material",
     "materials",
     "plot",
     "read",

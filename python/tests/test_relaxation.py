@@ -13,7 +13,7 @@ def measured(rng=None, noise=0.0, modulus=2e4, amplitude=1e4, time=1.5, n=60, un
 
 
 def test_exact_data_give_the_exact_material():
-    fit = rsph.material.from_relaxation(*measured(), density=1060.0, poisson_ratio=0.45)
+    fit = rsph.materials.from_relaxation(*measured(), density=1060.0, poisson_ratio=0.45)
     assert fit.young_modulus == pytest.approx(2e4, rel=1e-6)
     assert fit.relaxation_time == pytest.approx(1.5, rel=1e-6)
     assert fit.viscous_time == pytest.approx(0.75, rel=1e-6)
@@ -39,7 +39,7 @@ def test_intervals_hold_the_truth_in_95_of_100_draws(noise):
     held = np.zeros(2)
     errors, values = [], []
     for _ in range(draws):
-        fit = rsph.material.from_relaxation(*measured(rng, noise))
+        fit = rsph.materials.from_relaxation(*measured(rng, noise))
         low, high = fit.young_modulus_interval
         held[0] += low <= 2e4 <= high
         low, high = fit.relaxation_time_interval
@@ -58,7 +58,7 @@ def test_known_noise_and_several_terms():
     truth = 1e4 + 4e3 * np.exp(-t / 0.3) + 2e3 * np.exp(-t / 10.0)
     noise = 0.005 * truth
     values = truth + noise * rng.standard_normal(t.size)
-    fit = rsph.material.from_relaxation(t, values, terms=2, sigma=noise)
+    fit = rsph.materials.from_relaxation(t, values, terms=2, sigma=noise)
     assert fit.times == pytest.approx([0.3, 10.0], rel=0.2)
     assert fit.amplitudes == pytest.approx([4e3, 2e3], rel=0.1)
     low, high = fit.young_modulus_interval
@@ -72,7 +72,7 @@ def test_known_noise_and_several_terms():
 def test_times_may_come_in_any_order_and_any_units():
     t, values = measured()
     order = np.random.default_rng(0).permutation(t.size)
-    fit = rsph.material.from_relaxation(1e3 * t[order], 1e-6 * values[order])
+    fit = rsph.materials.from_relaxation(1e3 * t[order], 1e-6 * values[order])
     assert fit.young_modulus == pytest.approx(0.02, rel=1e-6)
     assert fit.relaxation_time == pytest.approx(1500.0, rel=1e-6)
 
@@ -80,7 +80,7 @@ def test_times_may_come_in_any_order_and_any_units():
 def test_a_measurement_that_is_too_short_says_so():
     rng = np.random.default_rng(5)
     with pytest.warns(rsph.RsphWarning, match="too short"):
-        rsph.material.from_relaxation(*measured(rng, 200.0, time=8.0, until=4.0))
+        rsph.materials.from_relaxation(*measured(rng, 200.0, time=8.0, until=4.0))
 
 
 @pytest.mark.parametrize(
@@ -97,14 +97,14 @@ def test_a_measurement_that_is_too_short_says_so():
 )
 def test_what_is_no_measurement_is_refused(t, values):
     with pytest.raises(rsph.InputError):
-        rsph.material.from_relaxation(t, values)
+        rsph.materials.from_relaxation(t, values)
 
 
 def test_wrong_options_are_refused():
     t, values = measured()
     with pytest.raises(rsph.InputError, match="confidence"):
-        rsph.material.from_relaxation(t, values, confidence=95)
+        rsph.materials.from_relaxation(t, values, confidence=95)
     with pytest.raises(rsph.InputError, match="sigma"):
-        rsph.material.from_relaxation(t, values, sigma=0.0)
+        rsph.materials.from_relaxation(t, values, sigma=0.0)
     with pytest.raises(rsph.InputError, match="poisson_ratio"):
-        rsph.material.from_relaxation(t, values, poisson_ratio=0.5)
+        rsph.materials.from_relaxation(t, values, poisson_ratio=0.5)
