@@ -28,7 +28,7 @@ const DEFAULT_INTERVALS: f64 = 50.0;
 /// Wall time between checkpoints: storing one takes less than a thousandth of that.
 const DEFAULT_MINUTES: f64 = 5.0;
 
-/// What a run computes.
+/// Motion or equilibria.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     /// The motion in time.

@@ -106,7 +106,7 @@ impl From<ScenarioError> for RunError {
     }
 }
 
-/// What a sink needs to know when a run begins.
+/// Everything that a sink needs to know when a run begins.
 #[derive(Debug)]
 pub struct RunStart<'a> {
     /// The scenario.

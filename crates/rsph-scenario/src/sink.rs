@@ -45,7 +45,7 @@ pub enum Status {
     Failed(Failure),
 }
 
-/// What a run amounted to.
+/// Status, length and cost of a run that has ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// How it ended.
@@ -66,7 +66,7 @@ pub struct Outcome {
     pub equilibrium: Option<Equilibrium>,
 }
 
-/// What a run hands on, in the order of time.
+/// A result that a run hands on; they come in the order of time.
 #[derive(Clone, Debug)]
 pub enum Event {
     /// A frame: the first and the last moment, and one every `output.every`.

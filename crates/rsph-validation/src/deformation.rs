@@ -31,7 +31,7 @@ struct Level {
     iso: f64,
     /// Symmetric difference at the end: bounds for M'4, Lambda_4,2, Lambda_6,4 every two steps.
     difference: [f64; 3],
-    /// The same for Lambda_4,2 from a colour with a band of 2 spacings.
+    /// Bound of the difference for Lambda_4,2 from a colour with a band of 2 spacings.
     smooth: f64,
 }
 

@@ -25,7 +25,7 @@ struct State {
     shear_strain: Vec<f64>,
     /// Component y of the force that the stress puts on the surface, Pa.
     traction: Vec<f64>,
-    /// The same as it should be: what the load puts there.
+    /// Component y of the force that the load puts there, Pa.
     applied: Vec<f64>,
     /// Area of a vertex.
     area: Vec<f64>,

@@ -32,11 +32,11 @@ pub use row::Row;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// What went wrong in a validation: a bug of the program, not of its user.
+/// A validation that could not be carried out: a bug of the program, not of its user.
 #[derive(Debug, thiserror::Error)]
 #[error("validation {name}: {problem}")]
 pub struct ValidationError {
-    /// Which one.
+    /// Name of the validation.
     pub name: &'static str,
     /// What went wrong.
     pub problem: String,
@@ -57,10 +57,10 @@ pub struct Case {
     run: Run,
 }
 
-/// What a validation found.
+/// Checks, time and figure of a validation that has run.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// Which one.
+    /// The validation.
     pub case: Case,
     /// Its checks.
     pub rows: Vec<Row>,

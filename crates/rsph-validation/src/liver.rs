@@ -6,7 +6,7 @@ use std::path::Path;
 
 /// Where the mesh is looked for, beside the repository.
 const MESH: &str = "../shared/data/meshes/visible_human_liver_female.stl";
-/// The same organ as it was published: 26 open, overlapping parts.
+/// The liver of the Visible Human as it was published: 26 open, overlapping parts.
 pub(super) const PARTS_MESH: &str = "../shared/data/meshes/VH_F_Liver.glb";
 /// Height of the clamp: 15 % of the mesh.
 const CLAMP: f64 = -0.060_008_288_9;

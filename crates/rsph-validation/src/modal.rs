@@ -11,7 +11,7 @@ use rsph_core::simulation::Simulation;
 pub(super) struct Modes {
     rest: Vec<f64>,
     relaxation_time: f64,
-    /// Of each mode: w, and its share of the displacement at rest.
+    /// Angular frequency of each mode, and its share of the displacement at rest.
     pairs: Vec<(f64, Vec<f64>)>,
 }
 

@@ -42,7 +42,7 @@ impl View {
     }
 }
 
-/// What a pixel shows.
+/// The place on the surface that a pixel shows.
 pub(super) struct Spot<'a> {
     /// Corners of the triangle there.
     pub corners: &'a [usize; 3],

@@ -62,7 +62,7 @@ impl Row {
         Self::new(name, measured, format!(">= {limit}"), unit, measured >= limit)
     }
 
-    /// The same with what the paper says.
+    /// Adds what the paper says.
     #[must_use]
     pub(super) fn paper(self, says: &str) -> Self {
         Self { paper: Some(says.into()), ..self }

@@ -26,7 +26,7 @@ use std::sync::Arc;
 const CUBE: [(f64, f64); 4] = [(0.3, 0.970546), (0.45, 0.927758), (0.49, 0.911656), (0.499, 0.907685)];
 /// E times the compliance of the cantilever under shear at its end (`validation/references/cantilever.py`).
 const CANTILEVER: [(f64, f64); 4] = [(0.3, 264.130), (0.45, 259.685), (0.49, 257.921), (0.499, 257.482)];
-/// The same under its own weight, nu = 0.3.
+/// E times the compliance of the cantilever under its own weight, nu = 0.3.
 const CANTILEVER_WEIGHT: f64 = 663.792;
 /// Work of the pressure on a disc, over p^2 / E (`validation/references/disc_on_cylinder.py`).
 const DISC: f64 = 0.0624235;

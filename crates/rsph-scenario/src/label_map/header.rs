@@ -11,7 +11,7 @@ const LAST_START: f64 = 1e8;
 /// More voxels than this along an axis are a broken header.
 const LONGEST: i64 = 100_000;
 
-/// What a header says.
+/// Size of an image and the type of its voxels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Header {
     /// Number of voxels.
@@ -108,7 +108,7 @@ struct Layout {
     sform: usize,
     quaternion: usize,
     rows: usize,
-    /// Of dimensions, real numbers, the offset, codes of forms, and units.
+    /// Number types of dimensions, real numbers, the offset, codes of forms, and units.
     types: [Number; 5],
 }
 

@@ -35,7 +35,7 @@ pub struct Labelled {
 /// Which axes a body gets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Axes {
-    /// Those of the image.
+    /// Axes of the image.
     #[default]
     Image,
     /// From a patient's (x to the right, y to the front, z up) to those of organs: x to the left, y up, z to
@@ -67,7 +67,7 @@ pub fn read_label(path: &Path, label: u32) -> Result<Labelled, LabelMapError> {
     })
 }
 
-/// What is wrong, and what to do about it.
+/// A problem and its remedy, in words.
 struct Problem(String, String);
 
 fn broken(what: impl Into<String>) -> Problem {

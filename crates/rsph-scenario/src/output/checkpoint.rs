@@ -32,7 +32,7 @@ impl CheckpointError {
     }
 }
 
-/// What a run was when it could last be continued.
+/// State of a run from which it can be continued.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checkpoint {
     /// The scenario as run.

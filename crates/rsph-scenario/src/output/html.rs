@@ -1,4 +1,4 @@
-//! What the pages about runs and validations are made with: escaped text, filled templates.
+//! Pages in HTML: escaped text, filled templates.
 
 /// `text` as HTML.
 pub fn escape(text: &str) -> String {

@@ -1,4 +1,4 @@
-//! What the writers know of a run besides its numbers.
+//! Description of a run for its writers.
 
 use super::units;
 use rsph_core::region::Axis;
@@ -65,7 +65,7 @@ impl ProbeColumn {
     }
 }
 
-/// What the writers know of a run besides its numbers.
+/// Description of a run for its writers: everything besides its numbers.
 #[derive(Clone, Debug)]
 pub struct RunInfo {
     /// Title of the scenario.

@@ -36,7 +36,7 @@ pub trait Frame: Debug + Send {
     }
 }
 
-/// What the points are tied into.
+/// Cells on the points.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cells {
     /// One vertex a point: particles.
@@ -63,7 +63,7 @@ pub struct PolyData {
     pub time: f64,
     /// Positions (length unit of the scenario; m in SI).
     pub points: Vec<[f64; 3]>,
-    /// What they are tied into.
+    /// Cells on the points.
     pub cells: Cells,
     /// Fields on them.
     pub fields: Vec<PointField>,

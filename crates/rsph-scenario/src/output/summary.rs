@@ -10,13 +10,13 @@ use serde::Serialize;
 /// Energies of the last moment (J; energy unit of the scenario).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Energy {
-    /// Of motion.
+    /// Kinetic energy.
     pub kinetic: f64,
-    /// Of deformation.
+    /// Elastic energy.
     pub elastic: f64,
     /// Work done on the body since the start.
     pub external_work: f64,
-    /// Taken by the viscosity since the start.
+    /// Energy taken by the viscosity since the start.
     pub dissipated: f64,
     /// |kinetic + elastic + dissipated - external work - energy at the start| over the energy at the start or the
     /// work; `null` where `dissipated` is known only as what is missing.
@@ -48,15 +48,15 @@ pub struct RepairSummary {
     pub open_edges: usize,
     /// Parts of the surface.
     pub parts: usize,
-    /// Volume where the winding number is above 1/2, above 3/4 and above 1/4.
+    /// Volume where the winding number is above 1/2.
     pub volume: f64,
-    /// See `volume`.
+    /// Volume where the winding number is above 3/4.
     pub volume_above_three_quarters: f64,
-    /// See `volume`.
+    /// Volume where the winding number is above 1/4.
     pub volume_above_one_quarter: f64,
     /// Share of the body where the winding number is below 3/4.
     pub uncertain: f64,
-    /// Share of the body where it is above 3/2.
+    /// Share of the body where the winding number is above 3/2.
     pub overlapping: f64,
     /// Share of the given area that lies on another part of the surface.
     pub layered: f64,
@@ -64,13 +64,13 @@ pub struct RepairSummary {
     pub made_up: f64,
     /// Where the surface is farthest from every triangle.
     pub gap_at: [f64; 3],
-    /// Its distance.
+    /// Distance from there to the nearest triangle.
     pub gap: f64,
     /// Edge length of the cells.
     pub spacing: f64,
-    /// Pieces and voids that were left out, and their volume.
+    /// Number of pieces and voids that were left out.
     pub dropped: usize,
-    /// See `dropped`.
+    /// Volume of the pieces and voids that were left out.
     pub dropped_volume: f64,
 }
 
@@ -105,35 +105,34 @@ impl From<&Repair> for RepairSummary {
     }
 }
 
-/// What remeshing did.
+/// Number of remeshings and their effect on particles, mass, momentum and energy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Remeshing {
     /// How often particles were laid anew.
     pub count: u64,
-    /// Particles before the first and after the last remeshing.
+    /// Particles before the first remeshing.
     pub particles_before: usize,
-    /// See `particles_before`.
+    /// Particles after the last remeshing.
     pub particles_after: usize,
-    /// Mass before the first and after the last remeshing.
+    /// Mass before the first remeshing.
     pub mass_before: f64,
-    /// See `mass_before`.
+    /// Mass after the last remeshing.
     pub mass_after: f64,
     /// Largest change of mass in one remeshing over the mass.
     pub largest_mass_jump: f64,
-    /// Momentum before the first and after the last remeshing; zero in a prescribed motion.
+    /// Momentum before the first remeshing; zero in a prescribed motion.
     pub momentum_before: [f64; 3],
-    /// See `momentum_before`.
+    /// Momentum after the last remeshing; zero in a prescribed motion.
     pub momentum_after: [f64; 3],
     /// Largest change of momentum in one remeshing.
     pub largest_momentum_jump: f64,
     /// Largest momentum that one remeshing would have lost or made, had it not been given back.
     pub largest_momentum_correction: f64,
-    /// Kinetic and elastic energy before the first and after the last remeshing; zero in a prescribed
-    /// motion.
+    /// Kinetic and elastic energy before the first remeshing; zero in a prescribed motion.
     pub energy_before: f64,
-    /// See `energy_before`.
+    /// Kinetic and elastic energy after the last remeshing; zero in a prescribed motion.
     pub energy_after: f64,
-    /// Sum of the changes of that energy in all remeshings.
+    /// Sum of the changes of kinetic and elastic energy in all remeshings.
     pub energy_change: f64,
     /// Sum of |mass| that went from a node that holds too little for a particle to the nearest kept one.
     pub folded_mass: f64,

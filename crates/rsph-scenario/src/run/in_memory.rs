@@ -10,14 +10,14 @@ use rsph_core::simulation::{Conservation, Reading};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-/// What is left of a run.
+/// Summary and last probe readings of a run.
 #[derive(Clone, Debug)]
 pub struct Remembered {
     /// What `summary.json` would say.
     pub summary: Summary,
     /// Columns of `probes.csv`, without `time`.
     pub columns: Vec<String>,
-    /// Its last row; empty if there was no sample.
+    /// Last row of `probes.csv`; empty if there was no sample.
     pub last: Vec<f64>,
 }
 

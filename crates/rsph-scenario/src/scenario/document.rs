@@ -58,7 +58,7 @@ impl Document {
         &self.edited
     }
 
-    /// That text with the file `path` at `place`, or at `path` in the table there.
+    /// The text with the edits in it and with the file `path` at `place`, or at `path` in the table there.
     pub(super) fn with_path(&self, place: &[&str], path: &std::path::Path) -> String {
         let Ok(mut tree) = self.edited.parse::<toml_edit::DocumentMut>() else { return self.edited.clone() };
         let item = place.iter().try_fold(tree.as_item_mut(), |item, key| item.get_mut(key));

@@ -38,7 +38,7 @@ pub struct DynamicsTable {
     pub interface: Option<f64>,
 }
 
-/// What moves the particles.
+/// Kind of dynamics: what moves the particles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DynamicsKind {
@@ -91,7 +91,7 @@ fn one() -> f64 {
 pub enum VelocityTable {
     /// The deformation of LeVeque and Enright in the unit cube, Eq. (18).
     Leveque,
-    /// The same everywhere (m/s).
+    /// One velocity everywhere (m/s).
     Constant([f64; 3]),
     /// `constant + gradient x`.
     Affine {

@@ -31,10 +31,10 @@ fn first() -> u32 {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AxesName {
-    /// Those of the image.
+    /// Axes of the image.
     #[default]
     Image,
-    /// Those of organs: from a patient's (x to the right, y to the front, z up) to x from the right side of the
+    /// Axes of organs: from a patient's (x to the right, y to the front, z up) to x from the right side of the
     /// body to its left, y up, z to the front.
     Organ,
 }

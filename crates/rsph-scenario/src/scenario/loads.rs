@@ -41,7 +41,7 @@ pub enum ComponentName {
     Normal,
 }
 
-/// What happens at a boundary.
+/// Kind of boundary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BoundaryKind {

@@ -12,7 +12,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What the body is made of: `model` and the parameters of that model.
+/// Material of the body: `model` and the parameters of that model.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(transparent)]
 pub struct MaterialTable(BTreeMap<String, toml::Value>);

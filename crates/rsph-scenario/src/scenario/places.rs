@@ -9,9 +9,9 @@ use toml::de::{DeTable, DeValue};
 pub(super) struct Found {
     /// Whether the whole path is there; else this is the nearest table that holds it.
     pub exact: bool,
-    /// Of the key; of the value itself for an entry of a list.
+    /// Range of the key; of the value itself for an entry of a list.
     pub key: Range<usize>,
-    /// Of the value; of the header for a table that has one.
+    /// Range of the value; of the header for a table that has one.
     pub value: Range<usize>,
     /// Whether `value` is that of a header.
     pub is_header: bool,

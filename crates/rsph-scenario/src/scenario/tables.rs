@@ -197,7 +197,7 @@ pub struct InitialTable {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum FieldTable {
-    /// The same vector everywhere.
+    /// One vector everywhere.
     Constant([f64; 3]),
     /// `constant + gradient x`.
     Affine {
@@ -279,7 +279,7 @@ impl Default for SolverTable {
     }
 }
 
-/// What is computed.
+/// Motion or equilibrium.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ModeName {
@@ -340,7 +340,7 @@ pub enum Integrator {
     Rkc2,
 }
 
-/// What is written.
+/// Output: what is written, and how often.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OutputTable {

@@ -46,9 +46,9 @@ const CSM: [(&str, f64, [f64; 2]); 2] =
     [("CSM1", 1.4e6, [-7.187e-3, -66.10e-3]), ("CSM2", 5.6e6, [-0.469e-3, -16.97e-3])];
 /// CSM3: mean and amplitude of the displacement of the tip (m) along x and y, and the frequency (Hz).
 const CSM3: ([[f64; 2]; 2], f64) = ([[-14.305e-3, 14.305e-3], [-63.607e-3, 65.160e-3]], 1.0995);
-/// Time step of CSM3 (s) and how long it runs, as the reference does; its last period counts.
+/// Time step of CSM3 (s).
 const STEP: f64 = 0.005;
-/// See [`STEP`].
+/// End of CSM3 (s), as in the reference; its last period counts.
 const UNTIL: f64 = 10.0;
 
 /// The beam under its own weight: at rest, and swinging from rest. Bounds of issue 16.

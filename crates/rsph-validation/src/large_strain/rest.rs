@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// Extension of the cube at load 3 by finite elements (validation/large_strain/cube.csv: 0.363138 on 3 x 6
 /// elements of a quarter, 0.363181 on 5 x 9).
 const CUBE_EXTENSION: f64 = 0.363138;
-/// The same by mixed elements (validation/large_strain/cube_mixed.csv).
+/// Extension of the cube at load 3 by Poisson's ratio, by mixed elements (validation/large_strain/cube_mixed.csv).
 const CUBE_EXTENSIONS: [(f64, f64); 4] =
     [(0.3, CUBE_EXTENSION), (0.45, 0.364032), (0.49, 0.363168), (0.499, 0.362924)];
 fn dead_load(axis: Axis, traction: Vec3) -> Load {

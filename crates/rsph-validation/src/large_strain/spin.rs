@@ -16,7 +16,7 @@ const SPIN_DRIFT: f64 = 1e-5;
 /// Looks at the stretch on the way.
 const LOOKS: usize = 24;
 
-/// What a run has come to.
+/// Drifts and stretch of a run.
 struct Spun {
     /// Change of the total energy, relative to what it was.
     energy_drift: f64,

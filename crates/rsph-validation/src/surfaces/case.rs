@@ -27,12 +27,12 @@ pub struct Case {
 }
 
 impl Case {
-    /// Its equilibrium, with the compliance for E = 1.
+    /// The equilibrium by the accurate solver, with the compliance for E = 1.
     pub fn solve(self) -> Result<(Simulation, Equilibrium), String> {
         self.solve_by(Solver::ACCURATE)
     }
 
-    /// The same by another solver.
+    /// The equilibrium by `solver`, with the compliance for E = 1.
     pub fn solve_by(self, solver: Solver) -> Result<(Simulation, Equilibrium), String> {
         let mut body = self.body(solver)?;
         let found = body.solve_static(0.0, &mut |_, _| true).map_err(|e| e.to_string())?;
@@ -77,7 +77,7 @@ pub fn symmetry(axis: Axis) -> Boundary {
     hold(Region::Plane { axis, at: 0.0, side: Side::Below }, Fix::Normal)
 }
 
-/// What is read at a vertex of the surface: its undeformed place and the fields, displacement and strain for E = 1.
+/// Undeformed place of a vertex of the surface and the fields there, displacement and strain for E = 1.
 pub struct VertexFields {
     pub x: Vec3,
     /// Outward normal of the undeformed surface.

@@ -21,7 +21,7 @@ const MULTIPLES: [f64; 3] = [0.5, 1.0, 2.0];
 const SMOOTHING: [f64; 2] = [0.8, 1.25];
 /// Root mean square of the errors (%) at the default, at most.
 const ERROR: f64 = 3.0;
-/// The same over the least of the three, at most.
+/// Root mean square of the errors at the default over the least of the three, at most.
 const WORSE: f64 = 1.25;
 
 /// Errors (%) by multiple.

@@ -17,7 +17,7 @@ pub struct FieldInfo {
     pub components: usize,
 }
 
-/// What a file holds.
+/// Times, sizes and fields of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileInfo {
     /// Time of each step.

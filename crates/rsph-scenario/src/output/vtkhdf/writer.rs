@@ -18,7 +18,7 @@ pub struct VtkHdfWriter {
     steps: i64,
 }
 
-/// What is open of a file. HDF5 crashes when it closes what it could not write, as on a full disk: so datasets stay
+/// Parts of a file that are open. HDF5 crashes when it closes what it could not write, as on a full disk: so datasets stay
 /// open until all is written, and after a failure nothing is closed any more.
 #[derive(Debug)]
 struct Open {
