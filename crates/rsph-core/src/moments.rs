@@ -66,13 +66,13 @@ fn pseudo_inverse(m: &Mat3, smallest: f64) -> Mat3 {
 }
 
 /// Area vectors A_a = -sum_b V_a V_b (F_a^T L_a + F_b^T L_b) grad_a W: outward, about four layers thick
-/// with alternating signs, zero inside; their sum over a flat face is its undeformed area. `stretch` holds F = d xi / d X where the lattice was laid on a deformed body, and is
+/// with alternating signs, zero inside; their sum over a flat face is its undeformed area. `remesh_gradients` holds F = d xi / d X where a deformed body was remeshed, and is
 /// empty where it was not.
-pub fn area_vectors(lattice: &Lattice, moments: &[Moments], stretch: &[Mat3]) -> Vec<Vec3> {
+pub fn area_vectors(lattice: &Lattice, moments: &[Moments], remesh_gradients: &[Mat3]) -> Vec<Vec3> {
     let corrections: Vec<Mat3> = moments
         .iter()
         .enumerate()
-        .map(|(a, m)| stretch.get(a).map_or(m.correction, |f| f.transpose() * m.correction))
+        .map(|(a, m)| remesh_gradients.get(a).map_or(m.correction, |f| f.transpose() * m.correction))
         .collect();
     (0..lattice.len())
         .into_par_iter()

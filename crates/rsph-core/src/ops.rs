@@ -9,8 +9,7 @@ mod stencil;
 mod sweep;
 
 use crate::lattice::{Lattice, Weights};
-use crate::tensor::{Mat3, Vec3};
-use crate::tiles::{LANES, Tile, Tiles};
+use crate::tiles::Tile;
 use adjoint::Adjoint;
 pub use blocks::Results;
 use blocks::{Block, Sum, for_each_block};
@@ -57,15 +56,12 @@ impl Pointwise for Plain {
     }
 }
 
-/// Most components of a field beside the sums.
-pub const MAX_SIDE: usize = 9;
-
 /// A field on a part of the body, which a sweep reads and replaces.
 #[derive(Debug)]
 pub struct Side<'a> {
     /// The part.
     pub part: &'a Part,
-    /// Its components, [`MAX_SIDE`] at most.
+    /// Its components.
     pub components: usize,
     /// The field.
     pub values: &'a mut [Tile],
@@ -92,60 +88,6 @@ pub fn gradient_sums(
     });
     let sums = GradientSums { weights: &lattice.weights, part, q, pointwise };
     for_each_block(lattice, part, Results::new(None, PAIR_COMPONENTS, out), sides, &sums);
-}
-
-/// [`Pointwise`] from a function of (particle, H, Q, sides) for one particle at a time.
-pub struct EachParticle<'a, F> {
-    /// The particles.
-    pub tiles: &'a Tiles,
-    /// The function.
-    pub function: F,
-}
-
-impl<F> Pointwise for EachParticle<'_, F>
-where
-    F: Fn(usize, &Mat3, &Vec3, &mut [[f64; MAX_SIDE]; 2]) -> [f64; PAIR_COMPONENTS] + Sync,
-{
-    #[inline(always)]
-    fn transform<S: Simd>(
-        &self,
-        _: S,
-        tile: usize,
-        lane: usize,
-        sums: &mut [S::f64s; PAIR_COMPONENTS],
-        sides: [&mut [Tile]; 2],
-    ) {
-        let mut sides = sides;
-        let mut values = [[0.0; LANES]; PAIR_COMPONENTS];
-        for (values, sum) in values.iter_mut().zip(sums.iter()) {
-            S::as_mut_simd_f64s(&mut values[..S::F64_LANES]).0[0] = *sum;
-        }
-        let (first, mask) = self.tiles.particles(tile);
-        for l in 0..S::F64_LANES {
-            let at = lane + l;
-            let mut result = [0.0; PAIR_COMPONENTS];
-            if mask >> at & 1 == 1 {
-                let a = first + (mask & ((1 << at) - 1)).count_ones() as usize;
-                let h = Mat3::from_fn(|i, j| values[3 * i + j][l]);
-                let q = Vec3::from_fn(|i, _| values[9 + i][l]);
-                let at_lane =
-                    |side: &&mut [Tile]| std::array::from_fn(|c| side.get(c).map_or(0.0, |tile| tile.0[at]));
-                let mut beside = sides.each_ref().map(at_lane);
-                result = (self.function)(a, &h, &q, &mut beside);
-                for (side, beside) in sides.iter_mut().zip(beside) {
-                    for (tile, value) in side.iter_mut().zip(beside) {
-                        tile.0[at] = value;
-                    }
-                }
-            }
-            for (values, result) in values.iter_mut().zip(result) {
-                values[l] = result;
-            }
-        }
-        for (sum, values) in sums.iter_mut().zip(&values) {
-            *sum = S::as_simd_f64s(&values[..S::F64_LANES]).0[0];
-        }
-    }
 }
 
 /// For every particle a the sum over its neighbours b of w T_b X, the adjoint of the gradient sum;

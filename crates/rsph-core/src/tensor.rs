@@ -3,6 +3,8 @@
 //! A symmetric tensor keeps its six components in VTK order `XX YY ZZ XY YZ XZ`, the order of every
 //! file and every Python array, so that no conversion ever has to guess.
 
+pub mod lanes;
+
 use nalgebra::{Matrix3, Vector3};
 
 /// A vector of three components.

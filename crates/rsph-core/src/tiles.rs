@@ -116,6 +116,14 @@ impl Tiles {
         (self.first[t] as usize, self.mask[t])
     }
 
+    /// The particle in that lane of tile `t`, if there is one.
+    #[inline(always)]
+    pub fn particle(&self, t: usize, lane: usize) -> Option<usize> {
+        let (first, mask) = self.particles(t);
+        let before = mask & ((1 << lane) - 1);
+        (mask >> lane & 1 == 1).then(|| first + before.count_ones() as usize)
+    }
+
     /// Calls `visit(particle, tile, lane, count)` for every stretch of particles in neighbouring lanes of
     /// a tile, `particles` in order.
     #[inline(always)]

@@ -6,6 +6,7 @@ use common::every_law;
 use nalgebra::Rotation3;
 use proptest::prelude::*;
 use rsph_core::material::{FiniteStrain, Law, Material};
+use rsph_core::tensor::lanes::{MAX_LANES, Tensors};
 use rsph_core::tensor::{Mat3, SymTensor, Vec3};
 
 /// Calls `test` with every law for any deformation.
@@ -37,6 +38,31 @@ proptest! {
             let dp = (law.first_piola(&(f + d * e)) - law.first_piola(&(f - d * e))) / (2.0 * e);
             let tangent = law.tangent(&f, &d);
             assert!((dp - tangent).norm() < 1e-6 * (1.0 + tangent.norm()), "{name}");
+        });
+    }
+
+    #[test]
+    fn several_particles_at_once_are_as_one_by_one(
+        g in prop::collection::vec(matrix(0.25), MAX_LANES), rate in prop::collection::vec(matrix(1.0), MAX_LANES)
+    ) {
+        let [mut f, mut df, mut piola, mut change] = [Tensors::ZERO; 4];
+        for (lane, (g, rate)) in g.iter().zip(&rate).enumerate() {
+            prop_assume!((Mat3::identity() + g).determinant() > 0.2);
+            f.set(lane, &(Mat3::identity() + g));
+            df.set(lane, rate);
+        }
+        let shares = [0.7, 0.3];
+        for_finite_strain(|material, law| {
+            law.stresses(2, &f, Some(&df), &mut piola);
+            law.tangents(2, &f, &df, shares, &mut change);
+            for lane in 0..2 {
+                let (f, df, name) = (f.get(lane), df.get(lane), material.name());
+                let damping = law.viscous_piola(&f, &df);
+                let stress = law.first_piola(&f) + damping;
+                assert!((piola.get(lane) - stress).norm() < 1e-11 * (1.0 + stress.norm()), "{name}");
+                let tangent = law.tangent(&f, &df) * shares[0] + damping * shares[1];
+                assert!((change.get(lane) - tangent).norm() < 1e-11 * (1.0 + tangent.norm()), "{name}");
+            }
         });
     }
 

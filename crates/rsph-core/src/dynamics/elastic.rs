@@ -2,10 +2,11 @@
 //! divergence of Eq. (12), its exact adjoint, so that the force is the derivative of a discrete energy
 //! and a free surface needs no force of its own (Eq. 14).
 
+mod constants;
 mod correction;
 mod hourglass;
 mod law;
-mod linear;
+mod stress;
 mod sweeps;
 
 use super::{Dynamics, Energy, ForceSums, Imposed, Scales};
@@ -21,13 +22,12 @@ use crate::ops::PAIR_COMPONENTS;
 use crate::particles::{Column, Field, Particles};
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use crate::tiles::Tile;
-use correction::GENERAL;
-use correction::{Correction, Row, Surroundings};
+use constants::Constants;
+use correction::{Correction, GENERAL, Row, Surroundings};
 use hourglass::Memory;
-use linear::Constants;
 use rayon::prelude::*;
 use std::sync::Arc;
-use sweeps::undeformed;
+use stress::State;
 
 /// Particles that one partial sum covers: fixed, so that sums do not depend on the thread count.
 const PARTICLES_A_SUM: usize = 512;
@@ -38,8 +38,8 @@ pub struct Elastic {
     /// The lattice of the last remesh.
     pub lattice: Lattice,
     /// F = d xi / d X of every particle at the last remesh, by which gradients on the lattice become
-    /// gradients in the undeformed body; empty as long as the lattice is that of the undeformed body.
-    stretch: Vec<Mat3>,
+    /// gradients in the undeformed body, as a tiled field of 9; empty as long as the lattice is that of the undeformed body.
+    remesh_gradient: Vec<Tile>,
     /// Held parts of the surface.
     pub lift: Lift,
     /// Particles held or moved.
@@ -82,8 +82,8 @@ struct Workspace {
     lifted: Vec<Tile>,
     /// dF/dt, of laws that are not linear.
     rate: Vec<Tile>,
-    /// F in the state of the tangent, of such laws, and what multiplies it; nothing: the undeformed one.
-    state: Vec<Tile>,
+    /// State of the tangent, of such laws.
+    state: State,
     sums: Vec<ForceSums>,
 }
 
@@ -105,11 +105,11 @@ impl Elastic {
             products: Vec::new(),
             lifted: Vec::new(),
             rate: Vec::new(),
-            state: Vec::new(),
+            state: State::default(),
             sums: vec![ForceSums::default(); n.div_ceil(PARTICLES_A_SUM)],
         };
         Self {
-            stretch: Vec::new(),
+            remesh_gradient: Vec::new(),
             mass: Arc::new(volume.iter().map(|v| v * material.density()).collect()),
             hourglass,
             stiffness: material.stiffness(),
@@ -128,11 +128,27 @@ impl Elastic {
         }
     }
 
-    /// The same body laid on a lattice where it had been deformed: `stretch` is F = d xi / d X of each particle, by which
+    /// The same body remeshed on a lattice where it had been deformed: `gradients` are F = d xi / d X of each particle, by which
     /// gradients on the lattice become gradients in the undeformed body.
     #[must_use]
-    pub fn stretched(self, stretch: Vec<Mat3>) -> Self {
-        Self { stretch, ..self }
+    pub fn remeshed(mut self, gradients: &[Mat3]) -> Self {
+        self.remesh_gradient = self.lattice.tiles.field(GENERAL);
+        for (a, f) in gradients.iter().enumerate() {
+            let (t, lane) = self.lattice.tiles.place(a);
+            for c in 0..GENERAL {
+                self.remesh_gradient[t * GENERAL + c].0[lane] = f[(c / 3, c % 3)];
+            }
+        }
+        self
+    }
+
+    /// d xi / d X of each particle at the last remesh; nothing as long as the lattice is that of the undeformed body.
+    fn remesh_gradients(&self) -> Vec<Mat3> {
+        let of = |a: usize| {
+            let (t, lane) = self.lattice.tiles.place(a);
+            Mat3::from_fn(|i, j| self.remesh_gradient[t * GENERAL + 3 * i + j].0[lane])
+        };
+        (0..if self.remesh_gradient.is_empty() { 0 } else { self.len() }).map(of).collect()
     }
 
     /// The same body with its surface, whose boundaries hold as `holds` says; `cut` says of each particle whether the
@@ -149,17 +165,21 @@ impl Elastic {
         let spacing = self.lattice.spacing;
         self.lift = Lift::new(surface, holds, self.material.young_modulus(), spacing);
         let flagged = correction::near_surface(&self.lattice, cut);
+        let remesh_gradients = self.remesh_gradients();
         self.correction = Correction::new(&Surroundings {
             lattice: &self.lattice,
             constants: &self.constants,
             moments: &self.moments(),
-            stretch: &self.stretch,
+            remesh_gradients: &remesh_gradients,
             flagged: &flagged,
             wanted: &surface.area_vectors(self.len()),
             lifted: self.lift.particles(),
         });
-        self.straighten(positions);
-        if !self.stretch.is_empty() && !self.linear {
+        if !remesh_gradients.is_empty() {
+            let gradients = self.straightened(&remesh_gradients, positions);
+            self = self.remeshed(&gradients);
+        }
+        if !remesh_gradients.is_empty() && !self.linear {
             self.memory = Some(Memory::new(&self.lattice, &self.constants, positions));
             self.work.products = self.lattice.tiles.field(GENERAL);
         }
@@ -171,29 +191,23 @@ impl Elastic {
         self
     }
 
-    /// Makes the gradient of the reference positions the unit tensor again, which the correction leaves it as on an
+    /// d xi / d X by which the gradient of the reference positions is the unit tensor again, which the correction leaves it as on an
     /// undeformed lattice only: F (1 - E) for F, with E the gradient of the reference positions by the correction alone.
-    fn straighten(&mut self, positions: &[Vec3]) {
-        if self.stretch.is_empty() {
-            return;
-        }
-        let changed: Vec<Mat3> = (0..self.len())
-            .into_par_iter()
-            .map(|a| {
-                let Some(row) = self.correction_row(a) else { return self.stretch[a] };
-                let mut e = Mat3::zeros();
-                for neighbour in &self.lattice.neighbours {
-                    if let Some(b) = self.lattice.neighbour(a, neighbour) {
-                        let (t, lane) = self.lattice.tiles.place(b);
-                        let vw = self.constants.volume(t)[lane] * neighbour.w;
-                        let residual = self.gamma(b) - row.gamma - row.slope * neighbour.x;
-                        e += vw * (positions[b] - positions[a]) * residual.transpose();
-                    }
+    fn straightened(&self, gradients: &[Mat3], positions: &[Vec3]) -> Vec<Mat3> {
+        let of = |(a, f): (usize, &Mat3)| {
+            let Some(row) = self.correction_row(a) else { return *f };
+            let mut e = Mat3::zeros();
+            for neighbour in &self.lattice.neighbours {
+                if let Some(b) = self.lattice.neighbour(a, neighbour) {
+                    let (t, lane) = self.lattice.tiles.place(b);
+                    let vw = self.constants.volume(t)[lane] * neighbour.w;
+                    let residual = self.gamma(b) - row.gamma - row.slope * neighbour.x;
+                    e += vw * (positions[b] - positions[a]) * residual.transpose();
                 }
-                self.stretch[a] * (Mat3::identity() - e)
-            })
-            .collect();
-        self.stretch = changed;
+            }
+            f * (Mat3::identity() - e)
+        };
+        gradients.par_iter().enumerate().map(of).collect()
     }
 
     /// Number of particles.
@@ -203,7 +217,8 @@ impl Elastic {
 
     /// Moments of particle `a`.
     pub fn moments_of(&self, a: usize) -> Moments {
-        self.spread_field().moments(a)
+        let (t, lane) = self.lattice.tiles.place(a);
+        self.constants.moments(t, lane)
     }
 
     /// Moments of all particles.
@@ -273,7 +288,7 @@ impl Elastic {
     /// Strain e = sym grad u of every particle, component by component (6 n values).
     pub fn strain(&mut self, t: f64, u: &[f64]) -> Vec<f64> {
         self.spread_displacement(t, u);
-        self.visit_sums(false, |_, _, sums, _| {
+        self.visit_sums(false, |_, sums| {
             let mut out = [0.0; PAIR_COMPONENTS];
             out[..6].copy_from_slice(&SymTensor::symmetric_part(&sums.deformation).0);
             out
@@ -286,9 +301,8 @@ impl Elastic {
     /// [`with_surface`](Self::with_surface).
     pub fn gradient(&mut self, t: f64, u: &[f64]) -> Vec<Mat3> {
         self.spread_displacement(t, u);
-        self.visit_sums(false, |body, a, sums, _| {
-            let g = undeformed(body.stretch, a, &sums.gradient);
-            std::array::from_fn(|i| if i < 9 { g[(i / 3, i % 3)] } else { 0.0 })
+        self.visit_sums(false, |_, sums| {
+            std::array::from_fn(|i| if i < 9 { sums.gradient[(i / 3, i % 3)] } else { 0.0 })
         });
         let (n, values) = (self.len(), self.gather_pair(0..9));
         (0..n).map(|a| Mat3::from_fn(|i, j| values[(3 * i + j) * n + a])).collect()

@@ -1,9 +1,9 @@
 //! The corotated linear solid with Kelvin-Voigt damping: Hooke's law in axes that turn with the material.
 
-use super::damping::{self, inverse_transpose};
-use super::{FiniteStrain, ISOTROPIC, KelvinVoigt, Law, Material, Model};
+use super::{Formula, ISOTROPIC, KelvinVoigt, Law, Material, Model, damping};
 use crate::error::InvalidInput;
-use crate::tensor::{Mat3, Vec3};
+use crate::tensor::Mat3;
+use crate::tensor::lanes::{Real, Tensor};
 use std::sync::Arc;
 
 /// Iterations for the rotation, which converge quadratically.
@@ -44,11 +44,12 @@ impl Corotated {
 
 /// The rotation R of the polar decomposition F = R S, det F > 0, by Newton's iteration R <- (R + R^-T)/2.
 /// (Higham, SIAM J. Sci. Stat. Comput. 7, 1160, 1986.)
-fn rotation(f: &Mat3) -> Mat3 {
+#[inline(always)]
+fn rotation<T: Real>(f: &Tensor<T>) -> Tensor<T> {
     let mut r = *f;
     for _ in 0..MAX_ITERATIONS {
-        let next = 0.5 * (r + inverse_transpose(&r).0);
-        let change = (next - r).amax();
+        let next = (r + r.inverse_transpose().0) * 0.5;
+        let change = (next - r).largest();
         r = next;
         if change.is_nan() || change <= CONVERGED {
             break;
@@ -57,15 +58,21 @@ fn rotation(f: &Mat3) -> Mat3 {
     r
 }
 
-/// Change of the rotation of `f` with that rotation when F changes by `df`: R W, where W S + S W = R^T dF - dF^T R.
-fn rotation_change(f: &Mat3, r: &Mat3, df: &Mat3) -> Mat3 {
-    let s = r.transpose() * f;
-    let turned = r.transpose() * df;
+/// Change of the rotation R of F when F changes by dF: R W, where W S + S W = R^T dF - dF^T R.
+#[inline(always)]
+fn rotation_change<T: Real>(f: &Tensor<T>, r: &Tensor<T>, df: &Tensor<T>) -> Tensor<T> {
+    let (s, turned) = (r.transpose().times(f), r.transpose().times(df));
     let spin = turned - turned.transpose();
-    let axial = Vec3::new(spin[(2, 1)], spin[(0, 2)], spin[(1, 0)]);
-    let resistance = Mat3::identity() * s.trace() - s;
-    let rate = resistance.try_inverse().map_or_else(Vec3::zeros, |inverse| inverse * axial);
-    r * rate.cross_matrix()
+    let axial = [spin.0[2][1], spin.0[0][2], spin.0[1][0]];
+    // (tr S - S) w is the axial vector of W S + S W, w that of W.
+    let (inverse, _) = (s * -1.0).plus_diagonal(s.trace()).inverse_transpose();
+    let mut w = axial;
+    for (w, row) in w.iter_mut().zip(inverse.0) {
+        *w = row[0].mul_add(axial[0], row[1].mul_add(axial[1], row[2] * axial[2]));
+    }
+    let [x, y, z] = w;
+    let zero = x * 0.0;
+    r.times(&Tensor([[zero, -z, y], [z, zero, -x], [-y, x, zero]]))
 }
 
 impl Material for Corotated {
@@ -86,28 +93,32 @@ impl Material for Corotated {
     }
 }
 
-impl FiniteStrain for Corotated {
+impl Formula for Corotated {
     fn energy(&self, f: &Mat3) -> f64 {
         if f.determinant().is_nan() || f.determinant() <= 0.0 {
             return f64::INFINITY;
         }
-        let ((mu, lambda), r) = (self.small.lame(), rotation(f));
-        mu * (f - r).norm_squared() + 0.5 * lambda * (r.dot(f) - 3.0).powi(2)
+        let ((mu, lambda), f) = (self.small.lame(), Tensor::from(f));
+        let r = rotation(&f);
+        mu * (f - r).dot(&(f - r)) + 0.5 * lambda * (r.dot(&f) - 3.0).powi(2)
     }
 
-    fn first_piola(&self, f: &Mat3) -> Mat3 {
+    #[inline(always)]
+    fn first_piola<T: Real>(&self, f: &Tensor<T>) -> Tensor<T> {
         let ((mu, lambda), r) = (self.small.lame(), rotation(f));
-        (f - r) * (2.0 * mu) + r * (lambda * (r.dot(f) - 3.0))
+        ((*f - r) * (2.0 * mu)).plus((r.dot(f) + -3.0) * lambda, &r)
     }
 
-    fn tangent(&self, f: &Mat3, df: &Mat3) -> Mat3 {
+    #[inline(always)]
+    fn tangent<T: Real>(&self, f: &Tensor<T>, df: &Tensor<T>) -> Tensor<T> {
         let ((mu, lambda), r) = (self.small.lame(), rotation(f));
         let dr = rotation_change(f, &r, df);
         // dR : F = 0, W being antisymmetric and S symmetric.
-        (df - dr) * (2.0 * mu) + r * (lambda * r.dot(df)) + dr * (lambda * (r.dot(f) - 3.0))
+        ((*df - dr) * (2.0 * mu)).plus(r.dot(df) * lambda, &r).plus((r.dot(f) + -3.0) * lambda, &dr)
     }
 
-    fn viscous_piola(&self, f: &Mat3, f_rate: &Mat3) -> Mat3 {
+    #[inline(always)]
+    fn viscous_piola<T: Real>(&self, f: &Tensor<T>, f_rate: &Tensor<T>) -> Tensor<T> {
         damping::spatial(&self.small, f, f_rate)
     }
 }

@@ -3,6 +3,7 @@
 mod corotated;
 mod damping;
 mod finite_strain;
+mod formula;
 mod kelvin_voigt;
 mod neo_hookean;
 mod passive;
@@ -10,6 +11,7 @@ mod saint_venant_kirchhoff;
 
 pub use corotated::Corotated;
 pub use finite_strain::FiniteStrain;
+pub use formula::Formula;
 pub use kelvin_voigt::KelvinVoigt;
 pub use neo_hookean::NeoHookean;
 pub use passive::Passive;

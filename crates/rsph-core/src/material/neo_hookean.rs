@@ -1,9 +1,9 @@
 //! The compressible neo-Hookean solid with Kelvin-Voigt damping, for large deformation.
 
-use super::damping::{self, inverse_transpose};
-use super::{FiniteStrain, ISOTROPIC, KelvinVoigt, Law, Material, Model};
+use super::{Formula, ISOTROPIC, KelvinVoigt, Law, Material, Model, damping};
 use crate::error::InvalidInput;
 use crate::tensor::Mat3;
+use crate::tensor::lanes::{Real, Tensor};
 use std::sync::Arc;
 
 /// W(F) = mu/2 (F:F - 3) - mu ln J + lambda/2 (ln J)^2, J = det F, so that the Cauchy stress is
@@ -60,7 +60,7 @@ impl Material for NeoHookean {
     }
 }
 
-impl FiniteStrain for NeoHookean {
+impl Formula for NeoHookean {
     fn energy(&self, f: &Mat3) -> f64 {
         let j = f.determinant();
         if j <= 0.0 {
@@ -70,20 +70,24 @@ impl FiniteStrain for NeoHookean {
         0.5 * self.mu * (f.norm_squared() - 3.0) - self.mu * ln_j + 0.5 * self.lambda * ln_j * ln_j
     }
 
-    fn first_piola(&self, f: &Mat3) -> Mat3 {
-        let (inverse_transpose, j) = inverse_transpose(f);
-        (f - inverse_transpose) * self.mu + inverse_transpose * (self.lambda * j.ln())
+    #[inline(always)]
+    fn first_piola<T: Real>(&self, f: &Tensor<T>) -> Tensor<T> {
+        let (inverse_transpose, j) = f.inverse_transpose();
+        (*f * self.mu).plus(j.ln() * self.lambda + -self.mu, &inverse_transpose)
     }
 
-    fn tangent(&self, f: &Mat3, df: &Mat3) -> Mat3 {
-        let (inverse_transpose, j) = inverse_transpose(f);
+    #[inline(always)]
+    fn tangent<T: Real>(&self, f: &Tensor<T>, df: &Tensor<T>) -> Tensor<T> {
+        let (inverse_transpose, j) = f.inverse_transpose();
         // d(F^-T) = -F^-T dF^T F^-T, d(ln J) = F^-T : dF.
-        let turned = inverse_transpose * df.transpose() * inverse_transpose;
-        (df + turned) * self.mu + inverse_transpose * (self.lambda * inverse_transpose.dot(df))
-            - turned * (self.lambda * j.ln())
+        let turned = inverse_transpose.times(&df.transpose()).times(&inverse_transpose);
+        (*df * self.mu)
+            .plus(j.ln() * -self.lambda + self.mu, &turned)
+            .plus(inverse_transpose.dot(df) * self.lambda, &inverse_transpose)
     }
 
-    fn viscous_piola(&self, f: &Mat3, f_rate: &Mat3) -> Mat3 {
+    #[inline(always)]
+    fn viscous_piola<T: Real>(&self, f: &Tensor<T>, f_rate: &Tensor<T>) -> Tensor<T> {
         damping::spatial(&self.small, f, f_rate)
     }
 }
@@ -91,6 +95,7 @@ impl FiniteStrain for NeoHookean {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::material::FiniteStrain;
 
     fn solid() -> NeoHookean {
         NeoHookean::new(1.0, 10.0, 0.3, 0.2).unwrap()
@@ -101,9 +106,9 @@ mod tests {
         // Simple shear by 1 keeps the volume: sigma = mu (F F^T - I).
         let mut f = Mat3::identity();
         f[(0, 1)] = 1.0;
-        let sigma = solid().first_piola(&f) * f.transpose();
+        let sigma = FiniteStrain::first_piola(&solid(), &f) * f.transpose();
         let mu = 10.0 / 2.6;
         assert!((sigma - Mat3::new(mu, mu, 0.0, mu, 0.0, 0.0, 0.0, 0.0, 0.0)).norm() < 1e-12);
-        assert_eq!(solid().energy(&-Mat3::identity()), f64::INFINITY);
+        assert_eq!(Formula::energy(&solid(), &-Mat3::identity()), f64::INFINITY);
     }
 }

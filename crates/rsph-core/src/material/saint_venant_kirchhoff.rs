@@ -1,10 +1,10 @@
 //! The St. Venant-Kirchhoff solid with Kelvin-Voigt damping: Hooke's law between Green's strain and the second Piola-Kirchhoff
 //! stress.
 
-use super::damping;
-use super::{FiniteStrain, ISOTROPIC, KelvinVoigt, Law, Material, Model};
+use super::{Formula, ISOTROPIC, KelvinVoigt, Law, Material, Model, damping};
 use crate::error::InvalidInput;
 use crate::tensor::Mat3;
+use crate::tensor::lanes::{Real, Tensor};
 use std::sync::Arc;
 
 /// W(F) = lambda/2 (tr E)^2 + mu E:E with Green's strain E = (F^T F - 1)/2; P = F (lambda tr E 1 + 2 mu E).
@@ -37,16 +37,18 @@ impl SaintVenantKirchhoff {
         Ok(Self { small: KelvinVoigt::new(density, young_modulus, poisson_ratio, relaxation_time)? })
     }
 
-    /// Hooke's law for a symmetric matrix.
-    fn hooke(&self, e: &Mat3) -> Mat3 {
+    /// Hooke's law for a symmetric tensor.
+    #[inline(always)]
+    fn hooke<T: Real>(&self, e: &Tensor<T>) -> Tensor<T> {
         let (mu, lambda) = self.small.lame();
-        e * (2.0 * mu) + Mat3::identity() * (lambda * e.trace())
+        (*e * (2.0 * mu)).plus_diagonal(e.trace() * lambda)
     }
 }
 
 /// E.
-fn green(f: &Mat3) -> Mat3 {
-    0.5 * (f.transpose() * f - Mat3::identity())
+#[inline(always)]
+fn green<T: Real>(f: &Tensor<T>) -> Tensor<T> {
+    (f.transpose().times(f) * 0.5).plus_number(-0.5)
 }
 
 impl Material for SaintVenantKirchhoff {
@@ -67,22 +69,25 @@ impl Material for SaintVenantKirchhoff {
     }
 }
 
-impl FiniteStrain for SaintVenantKirchhoff {
+impl Formula for SaintVenantKirchhoff {
     fn energy(&self, f: &Mat3) -> f64 {
-        let e = green(f);
+        let e = green(&Tensor::from(f));
         if f.determinant() > 0.0 { 0.5 * self.hooke(&e).dot(&e) } else { f64::INFINITY }
     }
 
-    fn first_piola(&self, f: &Mat3) -> Mat3 {
-        f * self.hooke(&green(f))
+    #[inline(always)]
+    fn first_piola<T: Real>(&self, f: &Tensor<T>) -> Tensor<T> {
+        f.times(&self.hooke(&green(f)))
     }
 
-    fn tangent(&self, f: &Mat3, df: &Mat3) -> Mat3 {
-        let change = f.transpose() * df;
-        df * self.hooke(&green(f)) + f * self.hooke(&(0.5 * (change + change.transpose())))
+    #[inline(always)]
+    fn tangent<T: Real>(&self, f: &Tensor<T>, df: &Tensor<T>) -> Tensor<T> {
+        let change = f.transpose().times(df).symmetric_part();
+        df.times(&self.hooke(&green(f))) + f.times(&self.hooke(&change))
     }
 
-    fn viscous_piola(&self, f: &Mat3, f_rate: &Mat3) -> Mat3 {
+    #[inline(always)]
+    fn viscous_piola<T: Real>(&self, f: &Tensor<T>, f_rate: &Tensor<T>) -> Tensor<T> {
         damping::spatial(&self.small, f, f_rate)
     }
 }

@@ -117,15 +117,15 @@ pub fn remeshed_body(
         Elastic::new(lattice, volume, fixed.clone(), Arc::clone(&material), modulus)
     };
     let mut volume = sampled.volume.clone();
-    let mut stretch = Vec::new();
+    let mut gradients: Vec<Mat3> = Vec::new();
     if moved.is_some() {
         let d: Vec<Vec3> = nodes.iter().zip(&positions).map(|(x, x0)| x - x0).collect();
         let d = Column::from_vectors(&d);
         let back = |g: &Mat3| Mat3::identity() - g;
-        let gradients = elastic(&volume).gradient(0.0, d.values());
-        volume.iter_mut().zip(&gradients).for_each(|(v, g)| *v *= back(g).determinant());
-        let gradients = elastic(&volume).gradient(0.0, d.values());
-        stretch = gradients.iter().map(|g| back(g).try_inverse().unwrap()).collect();
+        let of_d = elastic(&volume).gradient(0.0, d.values());
+        volume.iter_mut().zip(&of_d).for_each(|(v, g)| *v *= back(g).determinant());
+        let of_d = elastic(&volume).gradient(0.0, d.values());
+        gradients = of_d.iter().map(|g| back(g).try_inverse().unwrap()).collect();
     }
     let cloud = Cloud::new(&positions, &volume, spacing).in_dimension(dimension).for_surface(smoothing);
     let fits = |places: &[Vec3]| places.iter().map(|x| cloud.fit_at(x)).collect();
@@ -133,8 +133,9 @@ pub fn remeshed_body(
     let held = |x: &Vec3, n: &Vec3| constraints.held_at(x, n);
     let holds = &constraints.holds;
     let surface = SurfaceQuadrature::new(&boundary, dimension, spacing, &particles, holds, &held);
-    let elastic =
-        elastic(&volume).stretched(stretch).with_surface(&surface, holds, &sampled.cut(), &positions);
+    let elastic = elastic(&volume);
+    let elastic = if moved.is_some() { elastic.remeshed(&gradients) } else { elastic };
+    let elastic = elastic.with_surface(&surface, holds, &sampled.cut(), &positions);
     TestBody { elastic, positions, spacing, surface }
 }
 

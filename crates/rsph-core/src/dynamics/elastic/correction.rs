@@ -11,10 +11,11 @@
 //! solves H gamma^i = (B - A)^i with H the operator of the hourglass term, V_a replaced by z_a V_a.
 //! (J.-S. Chen, M. Hillman, M. Rueter, Int. J. Numer. Meth. Eng. 95, 2013: integration constraints.)
 
-use super::linear::{Constants, SYM, scatter};
+use super::constants::{Constants, scatter};
 use crate::lattice::Lattice;
 use crate::moments::{Moments, area_vectors};
 use crate::ops::{self, EvenField, PAIR_COMPONENTS, Part, Pointwise, Results};
+use crate::tensor::lanes::{Lanes, Real, Tensor};
 use crate::tensor::{Mat3, Vec3};
 use crate::tiles::{LANES, Tile};
 use nalgebra::{Matrix4, Vector4};
@@ -43,6 +44,9 @@ pub(super) const GENERAL: usize = 9;
 /// Row and column of the components of a symmetric tensor.
 pub(super) const PLACES: [(usize, usize); SYMMETRIC] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2)];
 
+/// Place of component (i, j) among the six of a symmetric tensor.
+pub(super) const SYM: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
+
 /// Place of component (i, j) among the `C` of a tensor.
 #[inline(always)]
 const fn component<const C: usize>(i: usize, j: usize) -> usize {
@@ -69,7 +73,7 @@ pub(super) struct Surroundings<'a> {
     /// Moments of each particle.
     pub(super) moments: &'a [Moments],
     /// d xi / d X at the last remesh, or nothing.
-    pub(super) stretch: &'a [Mat3],
+    pub(super) remesh_gradients: &'a [Mat3],
     /// Whether each row is corrected.
     pub(super) flagged: &'a [bool],
     /// B, component by component.
@@ -375,7 +379,7 @@ impl<'a> Solver<'a> {
     /// gamma of every particle.
     fn solve(&mut self, body: &Surroundings<'_>) -> Vec<Vec3> {
         let n = self.lattice.len();
-        let area = area_vectors(self.lattice, body.moments, body.stretch);
+        let area = area_vectors(self.lattice, body.moments, body.remesh_gradients);
         let least = 1e-9 * self.diagonal.iter().copied().fold(0.0, f64::max);
         let is_free = |a: usize| self.diagonal[a] > least;
         let mut r: Vec<f64> = (0..3 * n)
@@ -510,19 +514,23 @@ impl Pointwise for Residual<'_> {
         _: [&mut [Tile]; 2],
     ) {
         let zv = self.rows.number(tile).map_or([0.0; LANES], |number| self.zv[number].0);
-        let zv = ops::load(simd, &zv, lane);
-        let (l, first, volume) = self.constants.gradient_constants(simd, tile, lane);
+        let zv = Lanes::load(simd, &zv[lane..]);
+        let local = self.constants.local::<S, false>(simd, tile, lane);
+        let mut h = Tensor([[zv; 3]; 3]);
         for i in 0..3 {
-            let q = ops::load(simd, &self.q[tile * 3 + i].0, lane);
-            let h: [S::f64s; 3] =
-                std::array::from_fn(|j| simd.negate_mul_add_e_f64s(q, first[j], sums[3 * i + j]));
-            let g = super::linear::times(simd, h, &l);
-            let mut own = simd.splat_f64s(0.0);
+            let q = Lanes::load(simd, &self.q[tile * 3 + i].0[lane..]);
             for j in 0..3 {
-                sums[3 * i + j] = simd.mul_f64s(zv, g[j]);
-                own = simd.mul_add_e_f64s(sums[3 * i + j], first[j], own);
+                h.0[i][j] = (-q).mul_add(local.first[j], Lanes(simd, sums[3 * i + j]));
             }
-            sums[9 + i] = simd.sub_f64s(simd.mul_f64s(own, volume), simd.mul_f64s(zv, sums[9 + i]));
+        }
+        let t = local.corrected::<false>(&h).scaled(zv);
+        for i in 0..3 {
+            let mut own = zv * 0.0;
+            for j in 0..3 {
+                own = t.0[i][j].mul_add(local.first[j], own);
+                sums[3 * i + j] = t.0[i][j].1;
+            }
+            sums[9 + i] = (own * local.volume - zv * Lanes(simd, sums[9 + i])).1;
         }
     }
 }

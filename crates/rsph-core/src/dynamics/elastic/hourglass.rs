@@ -10,17 +10,18 @@
 //! with c = V_b w. So the residual vanishes in a body that is turned or deformed uniformly, and remembers the undeformed body. U
 //! is a sum of products of fields, as that of the correction near the surface.
 
+use super::constants::Constants;
 use super::correction::{GENERAL, GradientField, add_adjoint};
-use super::linear::Constants;
 use crate::lattice::Lattice;
 use crate::moments::inverse_moment;
 use crate::ops::{self, EvenField, Part, Results};
+use crate::tensor::lanes::{Lanes, Tensor};
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use crate::tiles::{Tile, Tiles};
 use pulp::Simd;
 use rayon::prelude::*;
 
-/// Numbers of a particle: sum c d_b and the six of N.
+/// Numbers of a particle: sum c d_b / V and the six of N.
 const CONSTANTS: usize = 9;
 
 /// The displacement at the last remesh, and what follows from it.
@@ -33,14 +34,14 @@ pub(super) struct Memory {
     constants: Vec<Tile>,
 }
 
-/// What the term needs of one particle.
-pub(super) struct Remembered {
+/// What the term needs of the particles in some lanes.
+pub(super) struct Remembered<S: Simd> {
     /// d.
-    pub(super) displacement: Vec3,
-    /// sum c d_b.
-    pub(super) zeroth: Vec3,
+    pub(super) displacement: [Lanes<S>; 3],
+    /// sum c d_b / V.
+    pub(super) zeroth: [Lanes<S>; 3],
     /// N.
-    pub(super) inverse: Mat3,
+    pub(super) inverse: Tensor<Lanes<S>>,
 }
 
 impl Memory {
@@ -77,6 +78,7 @@ impl Memory {
             for i in 0..3 {
                 memory.displacement[3 * t + i].0[lane] = d[i];
             }
+            let zeroth = zeroth / constants.volume(t)[lane];
             for (c, value) in zeroth.iter().chain(&inverse).enumerate() {
                 memory.constants[CONSTANTS * t + c].0[lane] = *value;
             }
@@ -90,15 +92,20 @@ impl Memory {
         ops::even_sums(lattice, &self.whole, &products, Results::new(None, GENERAL, sums));
     }
 
-    /// What it holds of a particle.
+    /// What it holds of the particles in the lanes from `lane` on of a tile.
     #[inline(always)]
-    pub(super) fn of(&self, (tile, lane): (usize, usize)) -> Remembered {
-        let constant = |c: usize| self.constants[CONSTANTS * tile + c].0[lane];
-        Remembered {
-            displacement: Vec3::from_fn(|i, _| self.displacement[3 * tile + i].0[lane]),
-            zeroth: Vec3::from_fn(|i, _| constant(i)),
-            inverse: SymTensor(std::array::from_fn(|c| constant(3 + c))).to_matrix(),
+    pub(super) fn local<S: Simd>(&self, simd: S, tile: usize, lane: usize) -> Remembered<S> {
+        let zero = Lanes::splat(simd, 0.0);
+        let (mut displacement, mut constant) = ([zero; 3], [zero; CONSTANTS]);
+        for (to, from) in displacement.iter_mut().zip(&self.displacement[3 * tile..]) {
+            *to = Lanes::load(simd, &from.0[lane..]);
         }
+        for (to, from) in constant.iter_mut().zip(&self.constants[CONSTANTS * tile..]) {
+            *to = Lanes::load(simd, &from.0[lane..]);
+        }
+        let [x, y, z, xx, yy, zz, xy, yz, xz] = constant;
+        let inverse = Tensor([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]);
+        Remembered { displacement, zeroth: [x, y, z], inverse }
     }
 
     /// Adds the adjoint of U to the tiled field `adjoint`, from dE/dU.

@@ -3,42 +3,20 @@
 
 use super::Elastic;
 use super::correction::{GENERAL, SYMMETRIC};
+use super::stress::{Change, PositiveChange, State, Total, positive_change};
 use crate::boundary::force_sums::ForceSums;
 use crate::dynamics::Scales;
-use crate::material::Stiffness;
+use crate::material::FiniteStrain;
 use crate::ops::PAIR_COMPONENTS;
 use crate::tensor::{Mat3, SymTensor};
-use crate::tiles::{Tile, Tiles};
+use crate::tiles::Tile;
 use rayon::prelude::*;
-use std::cmp::Ordering;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering as Memory};
+use std::sync::atomic::AtomicUsize;
 
 /// The matrix in the first nine components of a tiled field of [`PAIR_COMPONENTS`].
-#[inline(always)]
 fn matrix(field: &[Tile], (tile, lane): (usize, usize)) -> Mat3 {
     Mat3::from_fn(|i, j| field[tile * PAIR_COMPONENTS + 3 * i + j].0[lane])
-}
-
-/// F^-T C : sym(F^-1 dF).
-fn positive_change(stiffness: &Stiffness, f: &Mat3, df: &Mat3) -> Mat3 {
-    let inverse = f.try_inverse().unwrap_or_else(Mat3::identity);
-    let strain = SymTensor::symmetric_part(&(inverse * df));
-    inverse.transpose() * stiffness.stress(strain).to_matrix()
-}
-
-/// Component of the state of the tangent that multiplies F.
-const FACTOR: usize = 9;
-
-/// What multiplies F in the state of the tangent.
-#[inline(always)]
-fn factor(state: &[Tile], (tile, lane): (usize, usize)) -> f64 {
-    state[tile * PAIR_COMPONENTS + FACTOR].0[lane]
-}
-
-/// The components of a matrix, row by row, as a result of a sweep.
-fn components_of(m: &Mat3) -> [f64; PAIR_COMPONENTS] {
-    std::array::from_fn(|c| if c < 9 { m[(c / 3, c % 3)] } else { 0.0 })
 }
 
 impl Elastic {
@@ -67,7 +45,7 @@ impl Elastic {
     fn take_rate(&mut self, t: f64, v: &[f64]) {
         self.lift.set_targets(|m| m.velocity(t), |m| m.velocity(t));
         self.spread(v, None);
-        self.visit_sums(false, |_, _, sums, _| components_of(&sums.deformation));
+        self.gradient_sweep();
         if self.work.rate.is_empty() {
             self.work.rate = self.lattice.tiles.field(PAIR_COMPONENTS);
         }
@@ -86,37 +64,20 @@ impl Elastic {
         self.spread(u, Some((v, relaxation_time)));
         let material = Arc::clone(&self.material);
         let Some(law) = material.law().finite_strain() else {
-            self.stress_sweep();
+            self.linear_stress_sweep();
             return;
         };
         let rate = std::mem::take(&mut self.work.rate);
-        self.watched_stress_sweep(|tiles, a, g| {
-            if !is_damped {
-                let f = Mat3::identity() + g;
-                return (f, law.first_piola(&f));
-            }
-            let f_rate = matrix(&rate, tiles.place(a));
-            // The gradient is that of u + T v.
-            let f = Mat3::identity() + g - f_rate * relaxation_time;
-            (f, law.first_piola(&f) + law.viscous_piola(&f, &f_rate))
-        });
+        self.watched_stress_sweep(law, is_damped.then_some((&rate, relaxation_time)));
         self.work.rate = rate;
     }
 
-    /// Stress sweep with `stress` giving F and P of a particle from the gradient of the field that was spread. Remembers whether
-    /// one is turned inside out.
-    fn watched_stress_sweep(&mut self, stress: impl Fn(&Tiles, usize, &Mat3) -> (Mat3, Mat3) + Sync) {
+    /// Stress sweep of a law for any deformation, with dF/dt and T if there is damping. Remembers whether a particle is turned
+    /// inside out.
+    fn watched_stress_sweep(&mut self, law: &dyn FiniteStrain, rate: Option<(&[Tile], f64)>) {
         let inverted = AtomicUsize::new(usize::MAX);
-        self.general_stress_sweep(|tiles, a, g| {
-            let (f, piola) = stress(tiles, a, g);
-            // What is not a number was turned inside out a stage before.
-            if f.determinant().partial_cmp(&0.0) != Some(Ordering::Greater) {
-                inverted.fetch_min(a, Memory::Relaxed);
-            }
-            piola
-        });
-        let first = inverted.into_inner();
-        self.inverted = (first != usize::MAX).then_some(first);
+        let stress = self.stress_sweep(|tiles| Total { law, tiles, rate, inverted });
+        self.inverted = stress.first_inverted();
     }
 
     /// A particle that was turned inside out, det F <= 0, at the last evaluation of the stress of a law for any deformation.
@@ -141,28 +102,26 @@ impl Elastic {
         }
         self.spread_share(t, share, u);
         let mut state = std::mem::take(&mut self.work.state);
-        let taken = taken.filter(|_| !state.is_empty());
-        self.visit_sums(false, |body, a, sums, _| {
-            let f = Mat3::identity() + sums.deformation;
-            let mut out = components_of(&f);
-            out[FACTOR] = 1.0;
+        let taken = taken.filter(|_| !state.values.is_empty());
+        self.visit_sums(false, |at, sums| {
+            let g = &sums.deformation;
+            let mut out = std::array::from_fn(|c| if c < 9 { g[(c / 3, c % 3)] } else { 0.0 });
             let Some(taken) = taken else { return out };
-            let at = body.spread.tiles.place(a);
-            let before = matrix(&state, at);
+            let (f, (before, factor)) = (Mat3::identity() + g, state.get(at));
             let Some(inverse) = before.try_inverse() else { return out };
             let reached = before.determinant().ln();
-            let meant = reached + 3.0 * factor(&state, at).ln();
+            let meant = reached + 3.0 * factor.ln();
             let aim = taken * reached + (1.0 - taken) * meant + inverse.transpose().dot(&(f - before));
-            let change = ((aim - f.determinant().ln()) / 3.0).exp();
+            let change = ((aim - f.determinant().ln()) / 3.0).exp_m1();
             if change.is_finite() {
-                out[FACTOR] = change;
+                out[State::FACTOR] = change;
             }
             out
         });
-        if state.is_empty() {
-            state = self.lattice.tiles.field(PAIR_COMPONENTS);
+        if state.values.is_empty() {
+            state.values = self.lattice.tiles.field(PAIR_COMPONENTS);
         }
-        std::mem::swap(&mut state, &mut self.work.pair);
+        std::mem::swap(&mut state.values, &mut self.work.pair);
         self.work.state = state;
         self.positive = false;
     }
@@ -175,18 +134,14 @@ impl Elastic {
 
     /// Takes the undeformed body as the state about which [`Elastic::apply`] is the tangent.
     pub fn linearise_undeformed(&mut self) {
-        self.work.state = Vec::new();
+        self.work.state = State::default();
         self.positive = false;
     }
 
     /// Deformation gradient of particle `a` in the state of the tangent.
     pub(crate) fn state(&self, a: usize) -> Mat3 {
-        if self.work.state.is_empty() {
-            Mat3::identity()
-        } else {
-            let at = self.lattice.tiles.place(a);
-            matrix(&self.work.state, at) * factor(&self.work.state, at)
-        }
+        let (f, factor) = self.work.state.get(self.lattice.tiles.place(a));
+        f * factor
     }
 
     /// Change of P in particle `a` with the displacement gradient, about the state of the tangent.
@@ -202,26 +157,18 @@ impl Elastic {
     pub(super) fn tangent_sweep(&mut self, scales: Scales) {
         let material = Arc::clone(&self.material);
         let Some(law) = material.law().finite_strain() else {
-            self.stress_sweep();
+            self.linear_stress_sweep();
             return;
         };
         let total = scales.of_stiffness(material.relaxation_time());
-        if total == 0.0 {
-            self.general_stress_sweep(|_, _, _| Mat3::zeros());
-            return;
+        let share = |x: f64| if total == 0.0 { 0.0 } else { x / total };
+        let shares = [share(scales.stiffness), share(scales.damping)];
+        let (state, stiffness) = (std::mem::take(&mut self.work.state), self.stiffness);
+        if self.positive {
+            self.stress_sweep(|_| PositiveChange { stiffness: &stiffness, state: &state });
+        } else {
+            self.stress_sweep(|_| Change { law, state: &state, shares });
         }
-        let (stiffness, damping) = (scales.stiffness / total, scales.damping / total);
-        let state = std::mem::take(&mut self.work.state);
-        let (one, undeformed, is_positive) = (Mat3::identity(), self.stiffness, self.positive);
-        self.general_stress_sweep(|tiles, a, g| {
-            let at = tiles.place(a);
-            let f = if state.is_empty() { one } else { matrix(&state, at) * factor(&state, at) };
-            if is_positive {
-                return positive_change(&undeformed, &f, g);
-            }
-            let elastic = law.tangent(&f, g) * stiffness;
-            if damping > 0.0 { elastic + law.viscous_piola(&f, g) * damping } else { elastic }
-        });
         self.work.state = state;
     }
 
@@ -229,9 +176,8 @@ impl Elastic {
     pub fn smallest_jacobian(&mut self, t: f64, u: &[f64]) -> Option<(usize, f64)> {
         let is_linear = self.linear;
         self.spread_displacement(t, u);
-        self.visit_sums(false, |body, a, sums, _| {
-            let g =
-                if is_linear { super::undeformed(body.stretch, a, &sums.gradient) } else { sums.deformation };
+        self.visit_sums(false, |_, sums| {
+            let g = if is_linear { sums.gradient } else { sums.deformation };
             let mut out = [0.0; PAIR_COMPONENTS];
             out[0] = (Mat3::identity() + g).determinant();
             out
@@ -255,9 +201,8 @@ impl Elastic {
         self.spread_displacement(t, u);
         let (material, rate) = (Arc::clone(&self.material), std::mem::take(&mut self.work.rate));
         let law = material.law();
-        self.visit_sums(false, |body, a, sums, _| {
-            let none = Mat3::zeros();
-            let f_rate = if is_damped { matrix(&rate, body.spread.tiles.place(a)) } else { none };
+        self.visit_sums(false, |at, sums| {
+            let f_rate = if is_damped { matrix(&rate, at) } else { Mat3::zeros() };
             let (strain, stress) = law.measures(relaxation_time, &sums.deformation, &f_rate);
             std::array::from_fn(|c| if c < 6 { strain.0[c] } else { stress.0[c - 6] })
         });
@@ -271,11 +216,8 @@ impl Elastic {
         self.spread_share(t, share, u);
         let material = Arc::clone(&self.material);
         match material.law().finite_strain() {
-            None => self.stress_sweep(),
-            Some(law) => self.watched_stress_sweep(|_, _, g| {
-                let f = Mat3::identity() + g;
-                (f, law.first_piola(&f))
-            }),
+            None => self.linear_stress_sweep(),
+            Some(law) => self.watched_stress_sweep(law, None),
         }
         self.adjoint_sweep();
         let n = self.len();
@@ -314,12 +256,12 @@ impl Elastic {
         self.spread_share(t, share, u);
         let (material, kappa) = (Arc::clone(&self.material), self.hourglass);
         let law = material.law();
-        self.visit_sums(true, |_, _, sums, _| {
+        self.visit_sums(true, |_, sums| {
             // Energy of the one-sided residual u_b - u_a - G_a X; pairs of particles count from both sides.
             // G M G^T = G H^T for H = G M, where L is the (pseudo-)inverse of M.
             let residual = -2.0 * sums.value.dot(&sums.laplacian) - sums.smooth[1].dot(&sums.smooth[0]);
             let mut out = [0.0; PAIR_COMPONENTS];
-            out[0] = sums.moments.volume * (law.energy_density(&sums.deformation) + 0.5 * kappa * residual);
+            out[0] = sums.volume * (law.energy_density(&sums.deformation) + 0.5 * kappa * residual);
             out
         });
         let of_particles: f64 = (0..self.len())

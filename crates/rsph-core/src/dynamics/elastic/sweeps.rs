@@ -1,116 +1,290 @@
-//! The two sweeps of the adjoint formulation: gradient and stress, then the adjoint of the gradient.
+//! The two sweeps: gradients of a field from sums over neighbours, and the forces of stresses.
 
-use super::correction::{Correction, ForceField, GENERAL, GradientField, Row, SYMMETRIC};
+use super::constants::{Constants, Local, scatter};
+use super::correction::{Correction, ForceField, GENERAL, GradientField, PLACES, ROW, SYM, SYMMETRIC};
 use super::hourglass::Memory;
-use super::linear::{Constants, scatter};
+use super::stress::{Gradients, Hooke, Stress, StressSweep};
 use super::{Elastic, Workspace};
-use crate::moments::Moments;
-use crate::ops::{self, EachParticle, MAX_SIDE, PAIR_COMPONENTS, Results, Side};
+use crate::ops::{self, PAIR_COMPONENTS, Pointwise, Results, Side};
+use crate::tensor::lanes::{Lanes, Real, Tensor};
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use crate::tiles::{LANES, Tile, Tiles};
+use pulp::Simd;
 use std::ops::Range;
 
-/// A field z, less its value at the first particle, that was spread over the tiles as V z.
+/// Some lanes of a tile.
 #[derive(Clone, Copy)]
-pub(super) struct Spread<'a> {
-    pub(super) tiles: &'a Tiles,
-    pub(super) q: &'a [Tile],
-    pub(super) constants: &'a Constants,
+pub(super) struct At<S: Simd> {
+    pub(super) simd: S,
+    pub(super) tile: usize,
+    /// The first of the lanes.
+    pub(super) lane: usize,
 }
 
-impl Spread<'_> {
-    /// Moments of a particle.
+impl<S: Simd> At<S> {
+    /// Their values in a tile of a field.
     #[inline(always)]
-    pub(super) fn moments(&self, a: usize) -> Moments {
-        let (t, lane) = self.tiles.place(a);
-        self.constants.moments(t, lane)
+    pub(super) fn load(&self, tile: &Tile) -> Lanes<S> {
+        Lanes::load(self.simd, &tile.0[self.lane..])
     }
 
-    /// z of a particle, less that of the first.
+    /// The first three components there of entry `n` of a field of `C` components.
     #[inline(always)]
-    pub(super) fn value(&self, a: usize) -> Vec3 {
-        let (t, lane) = self.tiles.place(a);
-        let inverse = 1.0 / self.constants.volume(t)[lane];
-        Vec3::from_fn(|i, _| self.q[t * 3 + i].0[lane] * inverse)
+    pub(super) fn vector<const C: usize>(&self, field: &[Tile], n: usize) -> [Lanes<S>; 3] {
+        let of = &field[C * n..][..C];
+        [self.load(&of[0]), self.load(&of[1]), self.load(&of[2])]
+    }
+
+    /// The tensor there in entry `n` of a field of `C` components: the six of a symmetric one, or its first nine row by row.
+    #[inline(always)]
+    pub(super) fn tensor<const C: usize>(&self, field: &[Tile], n: usize) -> Tensor<Lanes<S>> {
+        let of = &field[C * n..][..C];
+        let mut tensor = Tensor([[Lanes::splat(self.simd, 0.0); 3]; 3]);
+        for i in 0..3 {
+            for j in 0..3 {
+                tensor.0[i][j] = self.load(&of[if C == SYMMETRIC { SYM[i][j] } else { 3 * i + j }]);
+            }
+        }
+        tensor
+    }
+
+    /// Puts a tensor into the `C` components of a tile, if it has them.
+    #[inline(always)]
+    pub(super) fn store_tensor<const C: usize>(&self, tensor: &Tensor<Lanes<S>>, to: &mut [Tile]) {
+        for (c, to) in to.iter_mut().enumerate() {
+            let (i, j) = if C == SYMMETRIC { PLACES[c] } else { (c / 3, c % 3) };
+            tensor.0[i][j].store(&mut to.0[self.lane..]);
+        }
     }
 }
 
-/// The sums of a field z at a particle a.
-pub(super) struct Sums {
-    /// G_a = sum V_b w (z_b - z_a) (x) L_a X, on the lattice, without the correction near the surface.
-    pub(super) gradient: Mat3,
-    /// grad z in the undeformed body, Eqs. (10), (13), corrected; under a linear law its antisymmetric part is not.
-    pub(super) deformation: Mat3,
+/// Constants of the correction in a tile of its rows.
+#[derive(Clone, Copy)]
+pub(super) struct RowTile<'a>(&'a [Tile]);
+
+impl RowTile<'_> {
+    /// z.
+    #[inline(always)]
+    fn is_row<S: Simd>(&self, at: &At<S>) -> Lanes<S> {
+        at.load(&self.0[0])
+    }
+
+    /// z gamma.
+    #[inline(always)]
+    pub(super) fn gamma<S: Simd>(&self, at: &At<S>) -> [Lanes<S>; 3] {
+        [at.load(&self.0[1]), at.load(&self.0[2]), at.load(&self.0[3])]
+    }
+
+    /// z sum V_b w gamma_b / V.
+    #[inline(always)]
+    pub(super) fn zeroth<S: Simd>(&self, at: &At<S>) -> [Lanes<S>; 3] {
+        [at.load(&self.0[4]), at.load(&self.0[5]), at.load(&self.0[6])]
+    }
+
+    /// z Gamma.
+    #[inline(always)]
+    pub(super) fn slope<S: Simd>(&self, at: &At<S>) -> Tensor<Lanes<S>> {
+        at.tensor::<GENERAL>(&self.0[7..], 0)
+    }
+}
+
+/// The sums of a field z at the particles of some lanes.
+pub(super) struct Sums<'a, S: Simd> {
+    pub(super) local: Local<S>,
+    /// V z, less that of the first particle.
+    pub(super) q: [Lanes<S>; 3],
     /// sum V_b w (z_b - z_a).
-    pub(super) laplacian: Vec3,
-    pub(super) moments: Moments,
-    /// z_a, less that of the first particle.
-    pub(super) value: Vec3,
-    /// Constants of the correction, where there is one.
-    pub(super) row: Option<Row>,
-    /// Of the hourglass term sum V_b w (z_b - z_a) (x) X_ba, before a remesh the sum that `gradient` is made of, and the gradient
-    /// that follows from it.
-    pub(super) smooth: [Mat3; 2],
+    pub(super) laplacian: [Lanes<S>; 3],
+    /// grad z in the undeformed body, Eqs. (10), (13), without the correction near the surface.
+    pub(super) gradient: Tensor<Lanes<S>>,
+    /// grad z, corrected; under a linear law its antisymmetric part is not.
+    pub(super) deformation: Tensor<Lanes<S>>,
+    /// Constants of the correction, in its tiles.
+    pub(super) row: Option<RowTile<'a>>,
+    /// Of the hourglass term sum V_b w (z_b - z_a) (x) X_ba and the gradient that follows from it.
+    pub(super) smooth: [Tensor<Lanes<S>>; 2],
 }
 
 /// What the gradient of a field that was spread depends on.
+#[derive(Clone, Copy)]
 pub(super) struct Body<'a> {
-    pub(super) stretch: &'a [Mat3],
-    pub(super) spread: Spread<'a>,
+    pub(super) constants: &'a Constants,
+    /// d xi / d X at the last remesh, if there was one.
+    pub(super) remesh_gradient: &'a [Tile],
+    /// V z.
+    pub(super) q: &'a [Tile],
     pub(super) correction: &'a Correction,
     pub(super) lifted: &'a [Tile],
     pub(super) memory: Option<&'a Memory>,
-    /// Components of what is lifted and of the sums of the correction: [`SYMMETRIC`] or [`GENERAL`].
-    pub(super) components: usize,
 }
 
-impl Body<'_> {
-    /// Completes the lattice sums of particle a to G_a = sum V_b w (z_b - z_a) (x) L_a X, Eqs. (10),
-    /// (13), to the Laplacian sum V_b w (z_b - z_a) and to the gradient in the undeformed body; `beside` are the sums of the
-    /// correction and of the hourglass term.
+impl<'a> Body<'a> {
+    /// Whether all particles of a tile have full cells and neighbourhoods, on the lattice of the undeformed body.
     #[inline(always)]
-    fn complete(&self, a: usize, h: &Mat3, q: &Vec3, [beside, products]: &[[f64; MAX_SIDE]; 2]) -> Sums {
-        let (t, lane) = self.spread.tiles.place(a);
-        let m = self.spread.constants.moments(t, lane);
-        let value = self.spread.value(a);
-        let (first, laplacian) = (h - value * m.first.transpose(), q - value * m.zeroth);
-        let gradient = first * m.correction;
-        let mut deformation = undeformed(self.stretch, a, &gradient);
-        let mut row = None;
-        if let Some(number) = self.correction.rows.number(t) {
-            row = self.correction.row(t, lane, m.volume);
-            if let Some(row) = &row {
-                let own = laplacian * row.gamma.transpose()
-                    + value * row.zeroth.transpose()
-                    + first * row.slope.transpose();
-                deformation += self.tensor(beside) - own;
+    pub(super) fn is_full(&self, tile: usize) -> bool {
+        self.constants.is_full(tile) && self.remesh_gradient.is_empty()
+    }
+
+    /// A gradient on the lattice as one in the undeformed body, G F with F = d xi / d X.
+    #[inline(always)]
+    fn in_undeformed<S: Simd>(&self, at: &At<S>, g: &Tensor<Lanes<S>>) -> Tensor<Lanes<S>> {
+        if self.remesh_gradient.is_empty() {
+            return *g;
+        }
+        g.times(&at.tensor::<GENERAL>(self.remesh_gradient, at.tile))
+    }
+
+    /// What works on a gradient in the undeformed body as what works on one on the lattice, P F^T.
+    #[inline(always)]
+    pub(super) fn on_lattice<S: Simd>(&self, at: &At<S>, p: &Tensor<Lanes<S>>) -> Tensor<Lanes<S>> {
+        if self.remesh_gradient.is_empty() {
+            return *p;
+        }
+        p.times(&at.tensor::<GENERAL>(self.remesh_gradient, at.tile).transpose())
+    }
+
+    /// Completes the lattice sums in some lanes to sum V_b w (z_b - z_a) (x) X, to the Laplacian sum V_b w (z_b - z_a) and to
+    /// the gradient, Eqs. (10), (13); `sides` are the sums of the correction, of `C` components, and of the hourglass term.
+    #[inline(always)]
+    pub(super) fn complete<S: Simd, const FULL: bool, const C: usize>(
+        &self,
+        at: &At<S>,
+        sums: &[S::f64s; PAIR_COMPONENTS],
+        sides: [&[Tile]; 2],
+    ) -> Sums<'a, S> {
+        let local = self.constants.local::<S, FULL>(at.simd, at.tile, at.lane);
+        let q = at.vector::<3>(self.q, at.tile);
+        let mut first = Tensor([[local.volume; 3]; 3]);
+        let mut laplacian = q;
+        for i in 0..3 {
+            for j in 0..3 {
+                let h = Lanes(at.simd, sums[3 * i + j]);
+                first.0[i][j] = if FULL { h } else { (-q[i]).mul_add(local.first[j], h) };
             }
+            laplacian[i] = (-q[i]).mul_add(local.zeroth, Lanes(at.simd, sums[9 + i]));
+        }
+        let on_lattice = local.corrected::<FULL>(&first);
+        let gradient = if FULL { on_lattice } else { self.in_undeformed(at, &on_lattice) };
+        let mut sums = Sums {
+            local,
+            q,
+            laplacian,
+            gradient,
+            deformation: gradient,
+            row: None,
+            smooth: [first, on_lattice],
+        };
+        if FULL {
+            return sums;
+        }
+        let [beside, products] = sides;
+        let number = if beside.is_empty() { None } else { self.correction.rows.number(at.tile) };
+        if let Some(number) = number {
+            let row = RowTile(&self.correction.constants[ROW * number..][..ROW]);
+            // S[V z (x) gamma] - Laplacian (x) gamma - V z (x) S[V gamma] / V - A Gamma^T
+            let (gamma, zeroth, slope) = (row.gamma(at), row.zeroth(at), row.slope(at));
+            let mut own = first.times(&slope.transpose());
+            for k in 0..3 {
+                for i in 0..3 {
+                    let sum = laplacian[k].mul_add(gamma[i], own.0[k][i]);
+                    own.0[k][i] = q[k].mul_add(zeroth[i], sum);
+                }
+            }
+            let neighbours = at.tensor::<C>(beside, 0).scaled(row.is_row(at));
+            sums.deformation = sums.deformation + (neighbours - own);
             if !self.lifted.is_empty() {
-                let lifted = &self.lifted[self.components * number..][..self.components];
-                deformation +=
-                    self.tensor(&std::array::from_fn(|c| lifted.get(c).map_or(0.0, |tile| tile.0[lane])));
+                sums.deformation = sums.deformation + at.tensor::<C>(self.lifted, number);
             }
+            sums.row = Some(row);
         }
-        let mut smooth = [first, gradient];
         if let Some(memory) = self.memory {
-            let of = memory.of((t, lane));
-            let moved = laplacian * of.displacement.transpose() + value * of.zeroth.transpose();
-            smooth[0] -= Mat3::from_row_slice(products) - moved;
-            smooth[1] = smooth[0] * of.inverse;
+            let of = memory.local(at.simd, at.tile, at.lane);
+            let mut residual = first - at.tensor::<GENERAL>(products, 0);
+            for i in 0..3 {
+                for j in 0..3 {
+                    let moved = laplacian[i].mul_add(of.displacement[j], residual.0[i][j]);
+                    residual.0[i][j] = q[i].mul_add(of.zeroth[j], moved);
+                }
+            }
+            sums.smooth = [residual, residual.times(&of.inverse)];
         }
-        Sums { gradient, deformation, laplacian, moments: m, value, row, smooth }
+        sums
     }
 }
 
-impl Body<'_> {
-    /// The tensor with these components.
+/// The sums of a field z at one particle, as [`Sums`].
+pub(super) struct ParticleSums {
+    pub(super) volume: f64,
+    /// z, less that of the first particle.
+    pub(super) value: Vec3,
+    pub(super) laplacian: Vec3,
+    pub(super) gradient: Mat3,
+    pub(super) deformation: Mat3,
+    pub(super) smooth: [Mat3; 2],
+}
+
+/// A function of (tile and lane, sums) for one particle at a time.
+struct EachParticle<'a, F, const C: usize> {
+    tiles: &'a Tiles,
+    body: Body<'a>,
+    function: F,
+}
+
+/// Numbers of [`ParticleSums`].
+const PARTICLE_SUMS: usize = 1 + 3 + 3 + 4 * 9;
+
+impl<F, const C: usize> Pointwise for EachParticle<'_, F, C>
+where
+    F: Fn((usize, usize), &ParticleSums) -> [f64; PAIR_COMPONENTS] + Sync,
+{
     #[inline(always)]
-    fn tensor(&self, values: &[f64; MAX_SIDE]) -> Mat3 {
-        if self.components == SYMMETRIC {
-            let [xx, yy, zz, xy, yz, xz, ..] = *values;
-            SymTensor([xx, yy, zz, xy, yz, xz]).to_matrix()
-        } else {
-            Mat3::from_row_slice(values)
+    fn transform<S: Simd>(
+        &self,
+        simd: S,
+        tile: usize,
+        lane: usize,
+        results: &mut [S::f64s; PAIR_COMPONENTS],
+        [beside, products]: [&mut [Tile]; 2],
+    ) {
+        let at = At { simd, tile, lane };
+        let sums = self.body.complete::<S, false, C>(&at, results, [beside, products]);
+        let mut values = [[0.0; LANES]; PARTICLE_SUMS];
+        let (vectors, tensors) = values.split_at_mut(7);
+        sums.local.volume.store(&mut vectors[0]);
+        for i in 0..3 {
+            sums.q[i].store(&mut vectors[1 + i]);
+            sums.laplacian[i].store(&mut vectors[4 + i]);
+        }
+        let [first, second] = sums.smooth;
+        for (tensor, to) in
+            [sums.gradient, sums.deformation, first, second].iter().zip(tensors.chunks_exact_mut(9))
+        {
+            for (x, to) in tensor.0.as_flattened().iter().zip(to) {
+                x.store(to);
+            }
+        }
+        let mut out = [[0.0; LANES]; PAIR_COMPONENTS];
+        let (_, mask) = self.tiles.particles(tile);
+        for l in (0..S::F64_LANES).filter(|l| mask >> (lane + l) & 1 == 1) {
+            let of = values.each_ref().map(|lanes| lanes[l]);
+            let (vector, tensor) = (
+                |c: usize| Vec3::from_row_slice(&of[c..c + 3]),
+                |n: usize| Mat3::from_row_slice(&of[7 + 9 * n..][..9]),
+            );
+            let sums = ParticleSums {
+                volume: of[0],
+                value: vector(1) / of[0],
+                laplacian: vector(4),
+                gradient: tensor(0),
+                deformation: tensor(1),
+                smooth: [tensor(2), tensor(3)],
+            };
+            for (out, result) in out.iter_mut().zip((self.function)((tile, lane + l), &sums)) {
+                out[l] = result;
+            }
+        }
+        for (result, out) in results.iter_mut().zip(&out) {
+            *result = Lanes::load(simd, out).1;
         }
     }
 }
@@ -161,96 +335,74 @@ impl Elastic {
         }
     }
 
-    /// The field that was spread.
-    pub(super) fn spread_field(&self) -> Spread<'_> {
-        Spread { tiles: &self.lattice.tiles, q: &self.work.q, constants: &self.constants }
-    }
-
-    /// Leaves `visit(body, particle, sums, slopes)` of the field that was spread in the tiled field `pair`, and what it
-    /// makes of `slopes`, V P and dE/dU of the hourglass term, where the second sweep wants them. Only for that term
-    /// (`hourglass`) what it remembers is summed.
-    pub(super) fn visit_sums(
-        &mut self,
+    /// Runs a sweep of `pointwise`, which is made of the body, over the field that was spread; its results go to the tiled field
+    /// `pair`. Only for the hourglass term (`hourglass`) what it remembers is summed.
+    fn sweep<'a, P: Pointwise>(
+        &'a mut self,
         hourglass: bool,
-        visit: impl Fn(&Body<'_>, usize, &Sums, &mut [[f64; MAX_SIDE]; 2]) -> [f64; PAIR_COMPONENTS] + Sync,
-    ) {
+        pointwise: impl FnOnce(&'a Tiles, Body<'a>) -> P,
+    ) -> P {
         let components = self.components();
         let Workspace { q, pair, side, lifted, products, .. } = &mut self.work;
         let memory = self.memory.as_ref().filter(|_| hourglass);
         if let Some(memory) = memory {
             memory.spread(&self.lattice, q, products);
         }
-        let tiles = &self.lattice.tiles;
-        let body = Body {
-            stretch: &self.stretch,
-            spread: Spread { tiles, q, constants: &self.constants },
-            correction: &self.correction,
-            lifted,
-            memory,
-            components,
-        };
-        let each = EachParticle {
-            tiles,
-            function: |a, h: &Mat3, q: &Vec3, beside: &mut [[f64; MAX_SIDE]; 2]| {
-                let sums = body.complete(a, h, q, beside);
-                visit(&body, a, &sums, beside)
+        let pointwise = pointwise(
+            &self.lattice.tiles,
+            Body {
+                constants: &self.constants,
+                remesh_gradient: &self.remesh_gradient,
+                q,
+                correction: &self.correction,
+                lifted,
+                memory,
             },
-        };
+        );
         let side =
             (!side.is_empty()).then_some(Side { part: &self.correction.rows, components, values: side });
         let products =
             memory.map(|memory| Side { part: &memory.whole, components: GENERAL, values: products });
-        ops::gradient_sums(&self.lattice, None, q, pair, [side, products], &each);
+        ops::gradient_sums(&self.lattice, None, q, pair, [side, products], &pointwise);
+        pointwise
     }
 
-    /// From the field that was spread to T_a and the part of the force that needs no neighbour's T:
-    /// T_a = V_a (P_a (F_a^T L_a - z Gamma_a) - kappa G_a), with F = d xi / d X and G on the lattice; P of a linear law.
-    pub(super) fn stress_sweep(&mut self) {
-        let stiffness = self.stiffness;
-        if self.stretch.is_empty() && self.is_linear() {
-            self.linear_stress_sweep(&stiffness);
+    /// Leaves `visit(tile and lane, sums)` of every particle of the field that was spread in the tiled field `pair`. Only for the
+    /// hourglass term (`hourglass`) what it remembers is summed.
+    pub(super) fn visit_sums(
+        &mut self,
+        hourglass: bool,
+        function: impl Fn((usize, usize), &ParticleSums) -> [f64; PAIR_COMPONENTS] + Sync,
+    ) {
+        if self.is_linear() {
+            self.sweep(hourglass, |tiles, body| EachParticle::<_, SYMMETRIC> { tiles, body, function });
         } else {
-            let hooke = |g: &Mat3| stiffness.stress(SymTensor::symmetric_part(g)).to_matrix(); // Eq. (5)
-            self.general_stress_sweep(|_, _, g| hooke(g));
+            self.sweep(hourglass, |tiles, body| EachParticle::<_, GENERAL> { tiles, body, function });
         }
     }
 
-    /// [`Self::stress_sweep`] with P as a function of (tiles, particle, grad z).
-    pub(super) fn general_stress_sweep(&mut self, first_piola: impl Fn(&Tiles, usize, &Mat3) -> Mat3 + Sync) {
-        let kappa = self.hourglass;
-        self.visit_sums(true, |body, a, sums, [stress, slope]| {
-            let m = &sums.moments;
-            let piola = first_piola(body.spread.tiles, a, &sums.deformation);
-            let q = piola * m.volume;
-            if body.components == SYMMETRIC {
-                stress[..SYMMETRIC].copy_from_slice(&SymTensor::symmetric_part(&q).0);
-            } else {
-                *stress = std::array::from_fn(|c| q[(c / 3, c % 3)]);
-            }
-            let stretched = body.stretch.get(a).map_or(piola, |f| piola * f.transpose());
-            let mut t = stretched * m.correction - sums.smooth[1] * kappa;
-            let mut own = sums.laplacian * (2.0 * kappa * m.volume);
-            if let Some(row) = &sums.row {
-                t -= piola * row.slope;
-                own += piola * (row.zeroth - row.gamma * m.zeroth) * m.volume;
-            }
-            t *= m.volume;
-            own += t * m.first;
-            if let Some(memory) = body.memory {
-                let of = memory.of(body.spread.tiles.place(a));
-                let w = sums.smooth[1] * (kappa * m.volume);
-                own += w * (of.zeroth - of.displacement * m.zeroth);
-                *slope = std::array::from_fn(|c| w[(c / 3, c % 3)]);
-            }
-            let mut out = [0.0; PAIR_COMPONENTS];
-            for i in 0..3 {
-                for j in 0..3 {
-                    out[3 * i + j] = t[(i, j)];
-                }
-                out[9 + i] = own[i];
-            }
-            out
-        });
+    /// Leaves the gradient of the field that was spread in the tiled field `pair`.
+    pub(super) fn gradient_sweep(&mut self) {
+        if self.is_linear() {
+            self.sweep(false, |_, body| Gradients::<SYMMETRIC> { body });
+        } else {
+            self.sweep(false, |_, body| Gradients::<GENERAL> { body });
+        }
+    }
+
+    /// From the field that was spread to T_a and the part of the force that needs no neighbour's T, with P of a law for any
+    /// deformation; returns that law.
+    pub(super) fn stress_sweep<'a, P: Stress>(&'a mut self, stress: impl FnOnce(&'a Tiles) -> P) -> P {
+        let hourglass = self.hourglass;
+        let sweep = |tiles, body| StressSweep::<_, GENERAL> { body, hourglass, stress: stress(tiles) };
+        self.sweep(true, sweep).stress
+    }
+
+    /// [`Self::stress_sweep`] with P of a linear law.
+    pub(super) fn linear_stress_sweep(&mut self) {
+        let (hourglass, stiffness) = (self.hourglass, self.stiffness);
+        let stress = Hooke::new(&stiffness);
+        self.sweep(true, |_, body| StressSweep::<_, SYMMETRIC> { body, hourglass, stress });
     }
 
     /// From T_a and V P to the sums of the second sweep, the adjoint of the gradient.
@@ -328,10 +480,4 @@ impl Elastic {
         }
         values
     }
-}
-
-/// A gradient on the lattice as one in the undeformed body, G F.
-#[inline(always)]
-pub(super) fn undeformed(stretch: &[Mat3], a: usize, g: &Mat3) -> Mat3 {
-    stretch.get(a).map_or(*g, |f| g * f)
 }

@@ -270,7 +270,7 @@ impl Undeformed {
     ) -> Result<(Elastic, SurfaceQuadrature), LayError> {
         let mut elastic = laid.elastic(setup, &self.lattice, held)?;
         let gradient = elastic.gradient(time, u);
-        let stretch = gradient
+        let gradients: Vec<Mat3> = gradient
             .iter()
             .enumerate()
             .map(|(a, g)| {
@@ -278,7 +278,7 @@ impl Undeformed {
             })
             .collect::<Result<_, _>>()?;
         let quadrature = laid.quadrature(setup, surface, self.lattice.spacing, held);
-        let elastic = elastic.stretched(stretch);
+        let elastic = elastic.remeshed(&gradients);
         let elastic = match held {
             Held::Surface(constraints) => {
                 elastic.with_surface(&quadrature, &constraints.holds, &laid.cut, &laid.positions())
