@@ -19,8 +19,6 @@ const FORCING: f64 = 0.01;
 const STEEPEST: f64 = 0.1;
 /// Share of the decrease that the slope of the potential promises which a step must have.
 const SUFFICIENT: f64 = 1e-4;
-/// Ratio of the moduli of pressure and shear waves above which whole steps are tried first: 10 at nu = 0.444.
-const NEARLY_INCOMPRESSIBLE: f64 = 10.0;
 /// Halvings of a step; one that must be shorter is a sign of too large a load step.
 const MAX_HALVINGS: usize = 4;
 /// Change of the potential, as a share of it, that rounding hides.
@@ -180,8 +178,7 @@ impl<'a> Newton<'a> {
     }
 
     /// From `u` to equilibrium under that share of loads and motions: by steps along which the potential falls, and if these do not get
-    /// there by whole steps. In nearly incompressible bodies, whose potential rises with every step that misses the volume by a
-    /// little, the other way round.
+    /// there by whole steps.
     fn load_step(
         &mut self,
         share: f64,
@@ -189,12 +186,11 @@ impl<'a> Newton<'a> {
         u: &mut [f64],
         watch: &mut dyn FnMut(usize, f64) -> bool,
     ) -> Result<(), Trouble> {
-        let (start, stiffness) = (u.to_vec(), self.elastic.stiffness);
-        let searches = stiffness.p_wave_modulus() < NEARLY_INCOMPRESSIBLE * stiffness.shear_modulus();
-        match self.iterate(share, tolerance, u, searches, watch) {
+        let start = u.to_vec();
+        match self.iterate(share, tolerance, u, true, watch) {
             Err(Trouble::NotConverged) if !self.elastic.is_linear() => {
                 u.copy_from_slice(&start);
-                self.iterate(share, tolerance, u, !searches, watch)
+                self.iterate(share, tolerance, u, false, watch)
             }
             ended => ended,
         }
