@@ -2,6 +2,7 @@
 
 use rsph_core::boundary::constraints::Constraints;
 use rsph_core::boundary::fixed::Fixed;
+use rsph_core::boundary::fold::Folds;
 use rsph_core::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature};
 use rsph_core::dynamics::Scales;
 use rsph_core::dynamics::elastic::Elastic;
@@ -37,16 +38,19 @@ impl Cycle {
         let clamp = Boundary { region, fix: Fix::ALL, motion: None };
         let constraints =
             Constraints::new(&[clamp], cube.surface(), &positions, spacing).expect("a clamped face");
-        let cloud = Cloud::new(&positions, &body.volume, spacing);
+        let lattice = Lattice::new(&body.grid, &body.cells, 0.8, 3);
+        let folds = Folds::new(&constraints, cube.surface(), &lattice, false);
+        let doubled = folds.doubled(&positions, &body.volume, spacing);
+        let cloud = Cloud::new(&doubled.positions, &doubled.volume, spacing);
         let fits = |places: &[Vec3]| places.iter().map(|x| cloud.fit_at(x)).collect();
-        let particles = LoadedParticles { positions: &positions, fits: &fits };
+        let particles = LoadedParticles { particles: &doubled, fits: &fits };
         let held = |x: &Vec3, n: &Vec3| constraints.held_at(x, n);
         let surface =
             SurfaceQuadrature::new(cube.surface(), 3, spacing, &particles, &constraints.holds, &held);
-        let lattice = Lattice::new(&body.grid, &body.cells, 0.8, 3);
         let material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).expect("liver"));
         let hourglass = Solver::ACCURATE.hourglass_modulus(100.0);
         let mut elastic = Elastic::new(lattice, &body.volume, Fixed::default(), material, hourglass)
+            .folded(folds, &constraints.holds)
             .with_surface(&surface, &constraints.holds, &body.cut(), &positions);
         let multigrid = Multigrid::new(&mut elastic);
         let mut residual = vec![0.0; 3 * n.pow(3)];

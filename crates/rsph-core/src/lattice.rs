@@ -8,7 +8,7 @@ mod weights;
 
 use crate::grid::Grid;
 use crate::tensor::Vec3;
-use crate::tiles::Tiles;
+use crate::tiles::{LANES, Tiles};
 pub use weights::{MAX_CUT, MAX_REACH, Weights};
 
 /// Marks a cell without a particle.
@@ -23,6 +23,67 @@ pub struct Neighbour {
     pub x: Vec3,
     /// w(r) = -W'(r)/r.
     pub w: f64,
+}
+
+/// A plane between two layers of cells, in which the particles beside it have mirror images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Mirror {
+    /// Normal axis.
+    pub axis: usize,
+    /// Whether the images lie above it.
+    pub above: bool,
+    /// The first layer of cells above it, in (unpadded) coordinates.
+    pub layer: isize,
+}
+
+impl Mirror {
+    /// Its bit in a set of mirrors.
+    pub fn bit(&self) -> u8 {
+        1 << (2 * self.axis + usize::from(self.above))
+    }
+}
+
+/// Number of sets of mirrors: one plane below and one above on every axis.
+pub const MIRROR_SETS: usize = 1 << 6;
+
+/// Whether a set of mirrors has one on that axis.
+pub fn has_mirror(mirrors: u8, axis: usize) -> bool {
+    mirrors & (3 << (2 * axis)) != 0
+}
+
+/// Diagonal of the reflection in a set of mirrors.
+pub fn reflection(mirrors: u8) -> Vec3 {
+    Vec3::from_fn(|i, _| if has_mirror(mirrors, i) { -1.0 } else { 1.0 })
+}
+
+/// The mirror image of a particle, in a cell that holds none.
+#[derive(Clone, Copy, Debug)]
+pub struct Image {
+    /// The particle.
+    pub particle: u32,
+    /// In which mirrors, a set.
+    pub mirrors: u8,
+    tile: u32,
+    lane: u8,
+}
+
+impl Image {
+    /// Tile and lane of its cell.
+    #[inline(always)]
+    pub fn place(&self) -> (usize, usize) {
+        (self.tile as usize, self.lane as usize)
+    }
+}
+
+/// What a particle sees at a place around it.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    /// A particle, or that of the image there.
+    pub particle: usize,
+    /// The mirrors of the image; none for the particle itself.
+    pub mirrors: u8,
+    /// Tile of the cell.
+    pub tile: usize,
 }
 
 /// The lattice with its stencil and its particles.
@@ -40,8 +101,12 @@ pub struct Lattice {
     pub weights: Weights,
     /// Neighbours with a weight.
     pub neighbours: Vec<Neighbour>,
-    /// Particle of every cell of the padded box, or [`NO_PARTICLE`].
-    pub particle_at: Vec<u32>,
+    /// Images of particles in mirrors, by tile.
+    pub images: Vec<Image>,
+    /// The first image of every tile, and their number; nothing if there are none.
+    image_starts: Vec<u32>,
+    /// Particle of every cell of the padded box, or [`NO_PARTICLE`]; from their number on, images.
+    particle_at: Vec<u32>,
     /// Cell of the padded box of every particle.
     cell_of: Vec<u32>,
     /// Second moment sum_b V_b w X_x^2 of a full neighbourhood, the same along every axis that is there.
@@ -82,8 +147,7 @@ impl Lattice {
         }
 
         let mut particle_at = vec![NO_PARTICLE; size.iter().product()];
-        let cell = |c: &[usize; 3]| ((c[2] + pad) * size[1] + c[1] + pad) * size[0] + c[0] + pad;
-        let cell_of: Vec<u32> = cells.iter().map(|c| cell(c) as u32).collect();
+        let cell_of: Vec<u32> = cells.iter().map(|c| padded(c, &size, pad) as u32).collect();
         for (a, cell) in cell_of.iter().enumerate() {
             particle_at[*cell as usize] = a as u32;
         }
@@ -91,9 +155,11 @@ impl Lattice {
             origin: grid.origin,
             spacing: dx,
             smoothing_length: smoothing * dx,
-            tiles: Tiles::new(grid.cells, cells),
+            tiles: Tiles::new(grid.cells, cells, &[]),
             weights,
             neighbours,
+            images: Vec::new(),
+            image_starts: Vec::new(),
             particle_at,
             cell_of,
             full_moment,
@@ -101,6 +167,67 @@ impl Lattice {
             pad,
             size,
         }
+    }
+
+    /// The same lattice with the images of its particles in `mirrors`, as far as the kernel reaches. No particle lies beyond
+    /// one of them, and two on the same axis are a reach apart.
+    #[must_use]
+    pub fn mirrored(&self, mirrors: &[Mirror]) -> Self {
+        let reach = self.pad as isize;
+        let (mut shift, mut size) = ([0; 3], self.size.map(|n| n as isize - 2 * reach));
+        for mirror in mirrors.iter().filter(|m| !m.above) {
+            // An even layer: the blocks of multigrid end at the mirror.
+            let needed = (reach - mirror.layer).max(0);
+            shift[mirror.axis] = needed + (needed + mirror.layer) % 2;
+        }
+        for mirror in mirrors.iter().filter(|m| m.above) {
+            size[mirror.axis] = size[mirror.axis].max(mirror.layer + reach);
+        }
+        let origin = self.origin - Vec3::from_fn(|i, _| shift[i] as f64) * self.spacing;
+        let cells = std::array::from_fn(|i| (size[i] + shift[i]) as usize);
+        let moved = |c: [isize; 3]| std::array::from_fn(|i| (c[i] + shift[i]) as usize);
+        let (mut places, mut images) = (Vec::with_capacity(self.len()), Vec::new());
+        for a in 0..self.len() {
+            let cell = self.coordinates(a).map(|c| c as isize);
+            places.push(moved(cell));
+            let mut found = vec![(cell, 0)];
+            for mirror in mirrors {
+                let image = 2 * mirror.layer - 1 - cell[mirror.axis];
+                if (image - cell[mirror.axis]).abs() < 2 * reach {
+                    for k in 0..found.len() {
+                        let (mut cell, set) = found[k];
+                        if !has_mirror(set, mirror.axis) {
+                            cell[mirror.axis] = image;
+                            found.push((cell, set | mirror.bit()));
+                        }
+                    }
+                }
+            }
+            images.extend(found[1..].iter().map(|(cell, set)| (a as u32, *set, moved(*cell))));
+        }
+        let smoothing = self.smoothing_length / self.spacing;
+        let grid = Grid { origin, spacing: self.spacing, cells };
+        let mut lattice = Self::new(&grid, &places, smoothing, self.dimension);
+        let besides: Vec<[usize; 3]> = images.iter().map(|i| i.2).collect();
+        lattice.tiles = Tiles::new(cells, &places, &besides);
+        let mut placed: Vec<(Image, usize)> = images
+            .iter()
+            .map(|&(particle, mirrors, c)| {
+                let tile = lattice.tiles.tile(c[0] / LANES, c[2], c[1]) as u32;
+                (Image { particle, mirrors, tile, lane: (c[0] % LANES) as u8 }, lattice.cell(&c))
+            })
+            .collect();
+        placed.sort_unstable_by_key(|(image, _)| (image.tile, image.lane));
+        lattice.image_starts = vec![0; lattice.tiles.len() + 1];
+        for (k, (image, cell)) in placed.iter().enumerate() {
+            lattice.particle_at[*cell] = (places.len() + k) as u32;
+            lattice.image_starts[image.tile as usize + 1] += 1;
+        }
+        for t in 0..lattice.tiles.len() {
+            lattice.image_starts[t + 1] += lattice.image_starts[t];
+        }
+        lattice.images = placed.into_iter().map(|(image, _)| image).collect();
+        lattice
     }
 
     /// Number of particles.
@@ -118,21 +245,52 @@ impl Lattice {
         self.cell_of.is_empty()
     }
 
-    /// The particle in the cell with (unpadded) coordinates `c`, which may lie outside of the grid.
+    /// Cell of the padded box with (unpadded) coordinates `c`.
+    fn cell(&self, c: &[usize; 3]) -> usize {
+        padded(c, &self.size, self.pad)
+    }
+
+    /// The particle in the cell with (unpadded) coordinates `c`, which may lie outside of the grid, or that of the image there.
     pub fn particle(&self, c: [isize; 3]) -> Option<usize> {
         let p: [isize; 3] = std::array::from_fn(|i| c[i] + self.pad as isize);
         if (0..3).any(|i| p[i] < 0 || p[i] >= self.size[i] as isize) {
             return None;
         }
         let cell = (p[2] as usize * self.size[1] + p[1] as usize) * self.size[0] + p[0] as usize;
-        Some(self.particle_at[cell]).filter(|&a| a != NO_PARTICLE).map(|a| a as usize)
+        Some(self.particle_at[cell]).filter(|&a| a != NO_PARTICLE).map(|a| self.seen_as(a).particle)
     }
 
-    /// The particle at `neighbour` of particle `a`.
+    /// The particle at `neighbour` of particle `a`, or that of the image there.
     #[inline(always)]
     pub fn neighbour(&self, a: usize, neighbour: &Neighbour) -> Option<usize> {
+        self.seen(a, neighbour).map(|seen| seen.particle)
+    }
+
+    /// What particle `a` sees at `neighbour`.
+    #[inline(always)]
+    pub fn seen(&self, a: usize, neighbour: &Neighbour) -> Option<Seen> {
         let b = self.particle_at[(self.cell_of[a] as usize).wrapping_add_signed(neighbour.shift)];
-        (b != NO_PARTICLE).then_some(b as usize)
+        (b != NO_PARTICLE).then(|| self.seen_as(b))
+    }
+
+    /// The particle with that number, or image from the number of particles on.
+    #[inline(always)]
+    fn seen_as(&self, number: u32) -> Seen {
+        let particle = number as usize;
+        if let Some(k) = particle.checked_sub(self.len()) {
+            let image = &self.images[k];
+            return Seen { particle: image.particle as usize, mirrors: image.mirrors, tile: image.place().0 };
+        }
+        Seen { particle, mirrors: 0, tile: self.tiles.place(particle).0 }
+    }
+
+    /// The images in tile `t`.
+    #[inline(always)]
+    pub fn images_in(&self, t: usize) -> &[Image] {
+        if self.images.is_empty() {
+            return &[];
+        }
+        &self.images[self.image_starts[t] as usize..self.image_starts[t + 1] as usize]
     }
 
     /// (Unpadded) coordinates of the cell of a particle.
@@ -147,4 +305,9 @@ impl Lattice {
         let cell = self.coordinates(a);
         self.origin + Vec3::from_fn(|i, _| (cell[i] as f64 + 0.5) * self.spacing)
     }
+}
+
+/// Number of the cell with coordinates `c` in a box of that `size`, padded by `pad` cells.
+fn padded(c: &[usize; 3], size: &[usize; 3], pad: usize) -> usize {
+    ((c[2] + pad) * size[1] + c[1] + pad) * size[0] + c[0] + pad
 }

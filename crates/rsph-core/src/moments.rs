@@ -1,7 +1,7 @@
 //! What makes the gradient exact for linear fields up to the surface: moment matrices, their
 //! inverses, and the area vectors that follow from them.
 
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, reflection};
 use crate::tensor::{Mat3, Vec3};
 use rayon::prelude::*;
 
@@ -67,7 +67,7 @@ fn pseudo_inverse(m: &Mat3, smallest: f64) -> Mat3 {
 
 /// Area vectors A_a = -sum_b V_a V_b (F_a^T L_a + F_b^T L_b) grad_a W: outward, about four layers thick
 /// with alternating signs, zero inside; their sum over a flat face is its undeformed area. `remesh_gradients` holds F = d xi / d X where a deformed body was remeshed, and is
-/// empty where it was not.
+/// empty where it was not. Images are as particles, mirrored.
 pub fn area_vectors(lattice: &Lattice, moments: &[Moments], remesh_gradients: &[Mat3]) -> Vec<Vec3> {
     let corrections: Vec<Mat3> = moments
         .iter()
@@ -79,8 +79,10 @@ pub fn area_vectors(lattice: &Lattice, moments: &[Moments], remesh_gradients: &[
         .map(|a| {
             let mut sum = corrections[a] * moments[a].first;
             for neighbour in &lattice.neighbours {
-                if let Some(b) = lattice.neighbour(a, neighbour) {
-                    sum += moments[b].volume * neighbour.w * (corrections[b] * neighbour.x);
+                if let Some(seen) = lattice.seen(a, neighbour) {
+                    let (b, mirror) = (seen.particle, reflection(seen.mirrors));
+                    let back = corrections[b] * neighbour.x.component_mul(&mirror);
+                    sum += moments[b].volume * neighbour.w * back.component_mul(&mirror);
                 }
             }
             -moments[a].volume * sum

@@ -37,11 +37,11 @@ pub struct Tiles {
 }
 
 impl Tiles {
-    /// Of a box of `cells` with particles in `places` (x fastest order).
-    pub fn new(cells: [usize; 3], places: &[[usize; 3]]) -> Self {
+    /// Of a box of `cells` with particles in `places` (x fastest order), and tiles for the cells in `besides` as well.
+    pub fn new(cells: [usize; 3], places: &[[usize; 3]], besides: &[[usize; 3]]) -> Self {
         let [columns, rows, planes] = [cells[0].div_ceil(LANES), cells[1], cells[2]];
         let mut occupied = vec![0..0; columns * planes];
-        for [x, y, z] in places {
+        for [x, y, z] in places.iter().chain(besides) {
             let (range, y): (&mut Range<u32>, u32) = (&mut occupied[x / LANES * planes + z], *y as u32);
             *range =
                 if range.start == range.end { y..y + 1 } else { range.start.min(y)..range.end.max(y + 1) };

@@ -3,16 +3,16 @@
 
 mod common;
 
-use common::{Noise, TestBody, every_law, remeshed_body};
+use common::{Noise, TestBody, every_law, face, remeshed_body};
 use nalgebra::Rotation3;
 use rsph_core::boundary::surface_load::{SurfacePoint, Traction};
 use rsph_core::dynamics::{Dynamics, Scales};
 use rsph_core::material::{Law, Material};
 use rsph_core::particles::{Column, Field, Particles};
-use rsph_core::region::Region;
+use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{Boundary, Fix};
-use rsph_core::shape::{BoxShape, DiscShape, Shape, cut};
+use rsph_core::shape::{BoxShape, DiscShape, RectangleShape, Shape, cut};
 use rsph_core::tensor::{Mat3, Vec3};
 use std::sync::Arc;
 
@@ -43,7 +43,7 @@ fn bent(dimension: usize, x: &Vec3) -> Vec3 {
 }
 
 /// A body that is cut and clamped by an oblique plane, in space or in the plane, undeformed or remeshed where it was bent.
-fn held_body(material: &Arc<dyn Material>, smoothing: f64, dimension: usize, remeshed: bool) -> TestBody {
+fn cut_body(material: &Arc<dyn Material>, smoothing: f64, dimension: usize, remeshed: bool) -> TestBody {
     let (shape, normal) = whole(dimension);
     let point = point(dimension);
     let shape = cut(&shape, &point, &normal, 1e-9).unwrap();
@@ -55,12 +55,46 @@ fn held_body(material: &Arc<dyn Material>, smoothing: f64, dimension: usize, rem
     remeshed_body(Arc::clone(material), shape, spacing, (smoothing, 1.0), &boundaries, moved)
 }
 
-fn held_block(material: &Arc<dyn Material>, smoothing: f64) -> TestBody {
-    held_body(material, smoothing, 3, false)
+/// A block, or a rectangle, clamped below and on rollers at its side, both between layers of cells.
+fn folded_body(material: &Arc<dyn Material>, smoothing: f64, dimension: usize, remeshed: bool) -> TestBody {
+    let shape: Arc<dyn Shape> = match dimension {
+        2 => Arc::new(RectangleShape::new([0.7; 2], [0.0; 2]).unwrap()),
+        _ => Arc::new(BoxShape::new(Vec3::repeat(0.7), Vec3::zeros()).unwrap()),
+    };
+    let below = if dimension == 2 { Axis::Y } else { Axis::Z };
+    let hold = |axis, fix| Boundary { region: face(axis, 0.0, Side::Below), fix, motion: None };
+    let boundaries = [hold(below, Fix::ALL), hold(Axis::X, Fix::Normal)];
+    let moved = |x: &Vec3| {
+        let d = x[below as usize];
+        let u = Vec3::new(0.3 * d * x.x, 0.2 * d - 0.2 * d * x.x, -0.1 * d + 0.1 * d * d);
+        if dimension == 2 { Vec3::new(u.x, u.y, 0.0) } else { u }
+    };
+    let moved = remeshed.then_some(&moved as &dyn Fn(&Vec3) -> Vec3);
+    let spacing = Resolution::Spacing(0.15);
+    let body = remeshed_body(Arc::clone(material), shape, spacing, (smoothing, 1.0), &boundaries, moved);
+    assert_eq!(body.elastic.lift.folds.mirrors().len(), 2);
+    body
 }
 
-/// All kinds of [`held_body`].
-const KINDS: [(usize, bool); 4] = [(3, false), (3, true), (2, false), (2, true)];
+/// How a body is held, its dimension, and whether it was remeshed.
+type Kind = (fn(&Arc<dyn Material>, f64, usize, bool) -> TestBody, usize, bool);
+
+fn held_block(material: &Arc<dyn Material>, smoothing: f64) -> TestBody {
+    cut_body(material, smoothing, 3, false)
+}
+
+const KINDS: [Kind; 8] = [
+    (cut_body, 3, false),
+    (cut_body, 3, true),
+    (cut_body, 2, false),
+    (cut_body, 2, true),
+    (folded_body, 3, false),
+    (folded_body, 3, true),
+    (folded_body, 2, false),
+    (folded_body, 2, true),
+];
+
+const FREE_KINDS: [(usize, bool); 4] = [(3, false), (3, true), (2, false), (2, true)];
 
 fn free_body(material: &Arc<dyn Material>, dimension: usize, remeshed: bool) -> TestBody {
     let moved = |x: &Vec3| bent(dimension, x);
@@ -82,8 +116,10 @@ fn deformed(body: &TestBody, dimension: usize, seed: u64) -> Vec<f64> {
 #[test]
 fn the_force_is_minus_the_derivative_of_the_energy() {
     for material in every_law(100.0) {
-        let wide = [(1.25, KINDS[0]), (1.25, KINDS[3])];
-        for (smoothing, (dimension, remeshed)) in KINDS.map(|kind| (0.8, kind)).into_iter().chain(wide) {
+        let wide = [KINDS[0], KINDS[3], KINDS[5]].map(|kind| (1.25, kind));
+        for (smoothing, (held_body, dimension, remeshed)) in
+            KINDS.map(|kind| (0.8, kind)).into_iter().chain(wide)
+        {
             let mut body = held_body(&material, smoothing, dimension, remeshed);
             let n = 3 * body.positions.len();
             let u = deformed(&body, dimension, 3);
@@ -109,7 +145,7 @@ fn the_force_is_minus_the_derivative_of_the_energy() {
 
 #[test]
 fn the_tangent_is_the_derivative_of_the_force_and_symmetric() {
-    for (material, (dimension, remeshed)) in
+    for (material, (held_body, dimension, remeshed)) in
         every_law(100.0).into_iter().flat_map(|m| KINDS.map(|k| (Arc::clone(&m), k)))
     {
         let mut body = held_body(&material, 0.8, dimension, remeshed);
@@ -167,7 +203,7 @@ fn damping_is_the_derivative_of_the_force_by_the_velocity() {
 #[test]
 fn a_turned_body_is_free_of_force_and_strain() {
     let laws = || every_law(100.0).into_iter().filter(|m| m.law().finite_strain().is_some());
-    for (material, (dimension, remeshed)) in laws().flat_map(|m| KINDS.map(|k| (Arc::clone(&m), k))) {
+    for (material, (dimension, remeshed)) in laws().flat_map(|m| FREE_KINDS.map(|k| (Arc::clone(&m), k))) {
         let axis = if dimension == 2 { Vec3::new(0.0, 0.0, 2.0) } else { Vec3::new(0.3, -1.2, 2.0) };
         let turn = *Rotation3::new(axis).matrix();
         let mut body = free_body(&material, dimension, remeshed);

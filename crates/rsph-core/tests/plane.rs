@@ -205,7 +205,7 @@ fn a_pulled_block_goes_on_through_a_remesh() {
     assert!(sim.remesh_log().unwrap().count >= 1);
     assert!((auto / never - 1.0).abs() < 0.01);
     let (implicit, _) = run(RemeshTrigger::Never, Scheme::Sdirk2);
-    assert!((implicit / never - 1.0).abs() < 5e-3, "{implicit} {never}");
+    assert!((implicit / never - 1.0).abs() < 8e-3, "{implicit} {never}");
 }
 
 #[test]

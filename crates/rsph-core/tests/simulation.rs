@@ -1,5 +1,6 @@
 //! Whole simulations against exact answers, and what must hold in every one of them.
 
+use rsph_core::boundary::fold::Folds;
 use rsph_core::boundary::load::{LoadedBody, nodal_loads};
 use rsph_core::boundary::nodal_load::NodalLoad;
 use rsph_core::boundary::surface_load::for_each_panel;
@@ -246,7 +247,8 @@ fn loads_on_a_curved_organ_keep_force_and_moment() {
     let mass = vec![1.0; positions.len()];
     let cloud = Cloud::new(&positions, &body.volume, dx);
     let fits = |places: &[Vec3]| places.iter().map(|x| cloud.fit_at(x)).collect();
-    let particles = LoadedParticles { positions: &positions, fits: &fits };
+    let particles =
+        LoadedParticles { particles: &Folds::default().doubled(&positions, &body.volume, dx), fits: &fits };
     let surface = SurfaceQuadrature::new(liver.surface(), 3, dx, &particles, &[], &|_, _| None);
     let loaded = LoadedBody {
         shape: &liver,

@@ -163,6 +163,13 @@ impl Constraints {
         (set != 0).then_some(set)
     }
 
+    /// The planes with surface on them that is held.
+    pub fn planes(&self) -> impl Iterator<Item = &HeldPlane> {
+        self.places
+            .iter()
+            .filter_map(|place| if let Place::Plane(plane, _) = place { Some(plane) } else { None })
+    }
+
     /// The held particles among those that were at `positions` in the undeformed body.
     ///
     /// # Errors

@@ -11,6 +11,7 @@
 //! surface: its coefficients are all that particles and clusters hand to each other.
 
 use super::constraints::Hold;
+use super::fold::Folds;
 use super::surface_quadrature::{Cluster, SurfaceQuadrature};
 use crate::setup::Motion;
 use crate::tensor::{Mat3, Vec3};
@@ -53,6 +54,8 @@ struct Pair {
 /// All held parts of the surface of a body.
 #[derive(Clone, Debug, Default)]
 pub struct Lift {
+    /// Held parts that are folds.
+    pub folds: Box<Folds>,
     /// Boundaries of the body.
     holds: Vec<Hold>,
     clusters: Vec<HeldCluster>,
@@ -77,25 +80,29 @@ pub struct Lift {
 }
 
 impl Lift {
-    /// What boundaries that hold as `holds` says hold of `surface`, of a body with Young's modulus E and particles dx
-    /// apart.
-    pub fn new(surface: &SurfaceQuadrature, holds: &[Hold], young_modulus: f64, spacing: f64) -> Self {
-        let held: Vec<&Cluster> = surface.clusters.iter().filter(|c| !c.held.is_empty()).collect();
-        if held.is_empty() {
-            return Self::default();
-        }
+    /// What boundaries that hold as `holds` says hold of `surface`, by a fold or by a lift, of a body with Young's modulus E
+    /// and particles dx apart.
+    pub fn new(
+        surface: &SurfaceQuadrature,
+        holds: &[Hold],
+        folds: Folds,
+        young_modulus: f64,
+        spacing: f64,
+    ) -> Self {
+        let is_lifted = |c: &Cluster| !c.held.is_empty() && !c.is_folded(&folds);
+        let held: Vec<&Cluster> = surface.clusters.iter().filter(|c| is_lifted(c)).collect();
         let mut number = vec![u32::MAX; surface.clusters.len()];
-        let all = surface.clusters.iter().enumerate().filter(|(_, c)| !c.held.is_empty());
+        let all = surface.clusters.iter().enumerate().filter(|(_, c)| is_lifted(c));
         for (k, (c, _)) in all.enumerate() {
             number[c] = k as u32;
         }
         let shares = &surface.shares;
         let (mut particles, mut starts, mut by_particle) = (Vec::new(), vec![0], Vec::new());
-        for (k, (a, x)) in shares.particles.iter().enumerate() {
+        for (k, (a, x)) in shares.particles.iter().enumerate().filter(|(_, p)| !surface.is_image(p.0)) {
             let before = by_particle.len();
             for &(c, w) in shares.of(k).iter().filter(|(c, _)| number[*c as usize] != u32::MAX) {
                 let cluster = &surface.clusters[c as usize];
-                let phi = cluster.inverse * cluster.monomials(x) * w;
+                let phi = cluster.without_images * cluster.monomials(x) * w;
                 by_particle.push(Pair { other: number[c as usize], phi });
             }
             if by_particle.len() > before {
@@ -125,9 +132,6 @@ impl Lift {
             .map(|(k, cluster)| held_cluster(surface, cluster, end[k]..end[k + 1]))
             .collect();
         Self {
-            target: vec![Vec3::zeros(); holds.len()],
-            rate: vec![Vec3::zeros(); holds.len()],
-            holds: holds.to_vec(),
             residual: vec![Matrix4x3::zeros(); clusters.len()],
             moment: vec![Matrix4x3::zeros(); clusters.len()],
             value: vec![Vec3::zeros(); particles.len()],
@@ -138,10 +142,23 @@ impl Lift {
             starts,
             by_particle,
             penalty: PENALTY * young_modulus / spacing,
+            ..Self::folded(holds, folds)
         }
     }
 
-    /// Whether nothing is held.
+    /// Held by `folds` alone, for boundaries that hold as `holds` says.
+    pub fn folded(holds: &[Hold], folds: Folds) -> Self {
+        let rest = vec![Vec3::zeros(); holds.len()];
+        Self {
+            holds: holds.to_vec(),
+            target: rest.clone(),
+            rate: rest,
+            folds: Box::new(folds),
+            ..Self::default()
+        }
+    }
+
+    /// Whether nothing is lifted.
     pub fn is_empty(&self) -> bool {
         self.clusters.is_empty()
     }
@@ -157,12 +174,14 @@ impl Lift {
             let Some(motion) = &hold.motion else { continue };
             (self.target[i], self.rate[i]) = (displacement(motion), rate(motion));
         }
+        self.folds.set_targets(&self.target);
     }
 
     /// Puts every held part at rest where it was.
     pub fn rest(&mut self) {
         self.target.fill(Vec3::zeros());
         self.rate.fill(Vec3::zeros());
+        self.folds.set_targets(&self.target);
     }
 
     /// From the values u of the particles to r on the clusters and to the gradient that it lifts into each particle
@@ -256,7 +275,7 @@ impl Lift {
     pub fn reaction(&self) -> (Vec3, f64) {
         // The weights of the particles sum to 1.
         let forces = self.clusters.iter().zip(&self.residual);
-        forces.fold((Vec3::zeros(), 0.0), |(sum, power), (cluster, force)| {
+        forces.fold(self.folds.reaction(&self.rate), |(sum, power), (cluster, force)| {
             let force: Vec3 = force.row(0).transpose();
             let velocity: Vec3 = cluster.holds.iter().map(|(i, projector)| projector * self.rate[*i]).sum();
             (sum + force, power + force.dot(&velocity))
@@ -270,18 +289,20 @@ impl Lift {
         0.5 * self.penalty * self.clusters.iter().zip(&self.residual).map(of_cluster).sum::<f64>()
     }
 
-    /// Places of the clusters with the projector on what is held there and their areas.
+    /// Places on held parts with the projector on what is held there and their areas.
     pub fn places(&self) -> impl Iterator<Item = (Vec3, Mat3, f64)> + '_ {
-        self.clusters.iter().map(|c| (c.centre, c.projector, c.area))
+        let folded = self.folds.places().map(|(_, x, projector, area)| (x, projector, area));
+        self.clusters.iter().map(|c| (c.centre, c.projector, c.area)).chain(folded)
     }
 
-    /// Places of the clusters that see a particle for which `belongs` holds, with the projector on what is held there.
-    pub fn holds_near(&self, belongs: impl Fn(usize) -> bool) -> impl Iterator<Item = (Vec3, Mat3)> {
+    /// Places on held parts that see a particle for which `belongs` holds, with the projector on what is held there.
+    pub fn holds_near(&self, belongs: impl Fn(usize) -> bool + Copy) -> impl Iterator<Item = (Vec3, Mat3)> {
         let sees = move |c: &&HeldCluster| {
             let pairs = &self.by_cluster[c.pairs.clone()];
             pairs.iter().any(|pair| belongs(self.particles[pair.other as usize] as usize))
         };
-        self.clusters.iter().filter(sees).map(|c| (c.centre, c.projector))
+        let folded = self.folds.places().filter(move |p| belongs(p.0)).map(|(_, x, held, _)| (x, held));
+        self.clusters.iter().filter(sees).map(|c| (c.centre, c.projector)).chain(folded)
     }
 
     /// How the lifted gradient of each particle of volume V answers to a displacement of particle `a`: calls

@@ -4,6 +4,7 @@ pub mod body_force;
 pub mod constraints;
 pub mod fixed;
 pub mod flat_face;
+pub mod fold;
 pub mod force_sums;
 pub mod lift;
 pub mod load;

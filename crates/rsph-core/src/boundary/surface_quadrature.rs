@@ -8,7 +8,9 @@
 //! The same weights serve loads, clamps and the balance of the gradient with its surface.
 
 use super::constraints::{Hold, projectors};
+use super::fold::{Doubled, Folds};
 use super::surface_load::{Panel, SurfacePoint, Traction, for_each_panel, three_points};
+use crate::lattice::reflection;
 use crate::mesh::TriangleMesh;
 use crate::mls::LinearFit;
 use crate::particles::Column;
@@ -46,7 +48,9 @@ pub(super) struct Cluster {
     pub(super) panels: Range<usize>,
     pub(super) centre: Vec3,
     pub(super) h: f64,
-    pub(super) inverse: Matrix4<f64>,
+    inverse: Matrix4<f64>,
+    /// The inverse of the fit without images.
+    pub(super) without_images: Matrix4<f64>,
     /// Mean outward normal.
     pub(super) normal: Vec3,
     /// Number of each boundary that holds it, with the projector on what it holds; none where it is free.
@@ -57,6 +61,11 @@ impl Cluster {
     /// Projector on all that is held.
     pub(super) fn projector(&self) -> Mat3 {
         self.held.iter().map(|h| h.1).sum()
+    }
+
+    /// Whether it is part of a fold.
+    pub(super) fn is_folded(&self, folds: &Folds) -> bool {
+        self.held.iter().any(|h| folds.has(h.0))
     }
 }
 
@@ -70,20 +79,26 @@ pub struct SurfaceQuadrature {
     pub(super) corners: Vec<[Vec3; 3]>,
     pub(super) clusters: Vec<Cluster>,
     pub(super) shares: Shares,
+    /// Number of particles.
+    count: usize,
+    /// Particle, diagonal of S and reflection of every image, numbered on from the particles.
+    images: Vec<(u32, Vec3, Vec3)>,
 }
 
 /// The particles that carry loads.
 #[derive(Clone, Copy)]
 pub struct LoadedParticles<'a> {
-    /// Their places.
-    pub positions: &'a [Vec3],
+    /// The particles, with images.
+    pub particles: &'a Doubled,
     /// Fits of them around a list of places.
     pub fits: &'a dyn Fn(&[Vec3]) -> Vec<LinearFit>,
 }
 
 impl fmt::Debug for LoadedParticles<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("LoadedParticles").field("positions", &self.positions.len()).finish_non_exhaustive()
+        f.debug_struct("LoadedParticles")
+            .field("positions", &self.particles.positions.len())
+            .finish_non_exhaustive()
     }
 }
 
@@ -169,23 +184,37 @@ impl SurfaceQuadrature {
             areas.sum::<Vec3>().try_normalize(0.0).unwrap_or_else(Vec3::zeros)
         };
         let middles: Vec<Vec3> = clusters.iter().map(middle).collect();
+        let doubled = particles.particles;
+        let count = doubled.positions.len() - doubled.images.len();
         let (clusters, weights): (Vec<Cluster>, Vec<Vec<(u32, f64)>>) = clusters
             .into_iter()
             .zip((particles.fits)(&middles))
             .map(|((held, panels), fit)| {
-                let LinearFit { centre, h, inverse, weights } = fit;
                 let normal = normal(&panels);
                 let held = held.map_or_else(Vec::new, |set| projectors(holds, set, &normal));
-                (Cluster { panels, centre, h, inverse, normal, held }, weights)
+                let without_images = without_images(&fit, &doubled.positions, count);
+                let LinearFit { centre, h, inverse, weights } = fit;
+                (Cluster { panels, centre, h, inverse, without_images, normal, held }, weights)
             })
             .unzip();
-        Self { panels, corners, clusters, shares: Shares::new(&weights, particles.positions) }
+        let images = doubled.images.iter();
+        Self {
+            panels,
+            corners,
+            clusters,
+            shares: Shares::new(&weights, &doubled.positions),
+            count,
+            images: images.map(|(a, set)| (*a, doubled.signs[*set as usize], reflection(*set))).collect(),
+        }
     }
 
-    /// int w_a n dS over the whole surface, component by component: the area vectors that the surface wants of each
-    /// of `particles` particles.
-    pub fn area_vectors(&self, particles: usize) -> Vec<f64> {
+    /// int w_a n dS over the whole surface but `folds`, component by component: the area vectors that the surface wants of
+    /// each of `particles` particles.
+    pub fn area_vectors(&self, particles: usize, folds: &Folds) -> Vec<f64> {
         let pattern = |cluster: &Cluster| {
+            if cluster.is_folded(folds) {
+                return None;
+            }
             let mut sums = Sums::default();
             for panel in &self.panels[cluster.panels.clone()] {
                 let SurfacePoint { x, normal, area } = &panel.centre;
@@ -194,7 +223,7 @@ impl SurfaceQuadrature {
             Some(sums.pattern(cluster))
         };
         let patterns: Vec<Pattern> = self.clusters.par_iter().with_min_len(TASK).map(pattern).collect();
-        self.carried(particles, &patterns)
+        self.carried(particles, &patterns, |(_, _, reflection)| *reflection)
     }
 
     /// Forces of a traction on `particles` particles, component by component; `None` if it acts nowhere. Of a traction
@@ -205,7 +234,7 @@ impl SurfaceQuadrature {
         if patterns.iter().all(Option::is_none) {
             return None;
         }
-        Some(self.carried(particles, &patterns))
+        Some(self.carried(particles, &patterns, |(_, sign, _)| *sign))
     }
 
     /// Quadrature points of the surface, three on each panel.
@@ -234,14 +263,15 @@ impl SurfaceQuadrature {
             acting(cluster, sums.pattern(cluster))
         };
         let patterns: Vec<Pattern> = self.clusters.par_iter().with_min_len(TASK).map(pattern).collect();
-        self.carried(particles, &patterns)
+        self.carried(particles, &patterns, |(_, sign, _)| *sign)
     }
 
     /// Values of a column of the particles at the [`SurfaceQuadrature::points`], point by point.
     pub fn interpolate(&self, points: &[SurfacePoint], column: &Column) -> Vec<f64> {
         let components = column.components();
         let mut fits = vec![vec![Vector4::zeros(); components]; self.clusters.len()];
-        for (k, (a, x)) in self.shares.particles.iter().enumerate() {
+        let particles = self.shares.particles.iter().enumerate();
+        for (k, (a, x)) in particles.filter(|(_, (a, _))| !self.is_image(*a)) {
             for &(c, w) in self.shares.of(k) {
                 let cluster = &self.clusters[c as usize];
                 let p = cluster.monomials(x) * w;
@@ -252,7 +282,7 @@ impl SurfaceQuadrature {
         }
         let mut values = vec![0.0; components * points.len()];
         for (cluster, fit) in self.clusters.iter().zip(fits) {
-            let fit: Vec<Vector4<f64>> = fit.into_iter().map(|f| cluster.inverse * f).collect();
+            let fit: Vec<Vector4<f64>> = fit.into_iter().map(|f| cluster.without_images * f).collect();
             for k in 3 * cluster.panels.start..3 * cluster.panels.end {
                 let p = cluster.monomials(&points[k].x);
                 for (i, fit) in fit.iter().enumerate() {
@@ -263,8 +293,18 @@ impl SurfaceQuadrature {
         values
     }
 
-    /// Forces on the particles of the patterns of all clusters.
-    fn carried(&self, particles: usize, patterns: &[Pattern]) -> Vec<f64> {
+    /// Whether a number among those that carry loads is that of an image.
+    pub(super) fn is_image(&self, a: u32) -> bool {
+        a as usize >= self.count
+    }
+
+    /// Forces on the particles of the patterns of all clusters; those on images go to their particles with these signs.
+    fn carried(
+        &self,
+        particles: usize,
+        patterns: &[Pattern],
+        signs: impl Fn(&(u32, Vec3, Vec3)) -> Vec3,
+    ) -> Vec<f64> {
         let shares = &self.shares;
         let carried: Vec<Vec3> = (0..shares.particles.len())
             .into_par_iter()
@@ -286,8 +326,10 @@ impl SurfaceQuadrature {
             .collect();
         let mut force = vec![0.0; 3 * particles];
         for ((a, _), f) in shares.particles.iter().zip(carried) {
+            let image = (*a as usize).checked_sub(self.count).map(|k| &self.images[k]);
+            let (a, f) = image.map_or((*a, f), |image| (image.0, f.component_mul(&signs(image))));
             for i in 0..3 {
-                force[i * particles + *a as usize] = f[i];
+                force[i * particles + a as usize] += f[i];
             }
         }
         force
@@ -301,6 +343,20 @@ impl SurfaceQuadrature {
         }
         sums.loaded.then(|| sums.pattern(cluster))
     }
+}
+
+/// M^-1 of a fit without points from number `count` on; that of the fit if they leave none.
+fn without_images(fit: &LinearFit, positions: &[Vec3], count: usize) -> Matrix4<f64> {
+    let is_image = |(a, _): &(u32, f64)| *a as usize >= count;
+    if !fit.weights.iter().any(is_image) {
+        return fit.inverse;
+    }
+    let of = |(a, w): &(u32, f64)| {
+        let p = fit.basis(&positions[*a as usize]);
+        p * p.transpose() * *w
+    };
+    let sum: Matrix4<f64> = fit.weights.iter().filter(|pair| !is_image(pair)).map(of).sum();
+    sum.try_inverse().unwrap_or(fit.inverse)
 }
 
 impl Cluster {

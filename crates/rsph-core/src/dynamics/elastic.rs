@@ -12,10 +12,11 @@ mod sweeps;
 use super::{Dynamics, Energy, ForceSums, Imposed, Scales};
 use crate::boundary::constraints::Hold;
 use crate::boundary::fixed::Fixed;
+use crate::boundary::fold::Folds;
 use crate::boundary::lift::Lift;
 use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::surface_quadrature::SurfaceQuadrature;
-use crate::lattice::Lattice;
+use crate::lattice::{Lattice, reflection};
 use crate::material::{Law, Material, Stiffness};
 use crate::moments::Moments;
 use crate::ops::PAIR_COMPONENTS;
@@ -151,6 +152,26 @@ impl Elastic {
         (0..if self.remesh_gradient.is_empty() { 0 } else { self.len() }).map(of).collect()
     }
 
+    /// The same body held by `folds`, in whose mirrors the particles have images; boundaries hold as `holds` says.
+    #[must_use]
+    pub fn folded(mut self, mut folds: Folds, holds: &[Hold]) -> Self {
+        if folds.is_empty() {
+            return self;
+        }
+        let of = |a: usize| {
+            let (t, lane) = self.lattice.tiles.place(a);
+            self.constants.volume(t)[lane]
+        };
+        let volume: Vec<f64> = (0..self.len()).map(of).collect();
+        self.lattice = self.lattice.mirrored(&folds.mirrors());
+        folds.take_images(&self.lattice, |a| volume[a]);
+        self.constants = Constants::new(&self.lattice, &volume);
+        self.work.q = self.lattice.tiles.field(3);
+        self.work.pair = self.lattice.tiles.field(PAIR_COMPONENTS);
+        self.lift = Lift::folded(holds, folds);
+        self
+    }
+
     /// The same body with its surface, whose boundaries hold as `holds` says; `cut` says of each particle whether the
     /// surface cuts its cell. `positions` are those of the particles in the undeformed body. A constant stress balances its
     /// tractions on the surface.
@@ -163,7 +184,9 @@ impl Elastic {
         positions: &[Vec3],
     ) -> Self {
         let spacing = self.lattice.spacing;
-        self.lift = Lift::new(surface, holds, self.material.young_modulus(), spacing);
+        let folds = std::mem::take(&mut *self.lift.folds);
+        let wanted = surface.area_vectors(self.len(), &folds);
+        self.lift = Lift::new(surface, holds, folds, self.material.young_modulus(), spacing);
         let flagged = correction::near_surface(&self.lattice, cut);
         let remesh_gradients = self.remesh_gradients();
         self.correction = Correction::new(&Surroundings {
@@ -172,7 +195,8 @@ impl Elastic {
             moments: &self.moments(),
             remesh_gradients: &remesh_gradients,
             flagged: &flagged,
-            wanted: &surface.area_vectors(self.len()),
+            wanted: &wanted,
+            folds: &self.lift.folds,
             lifted: self.lift.particles(),
         });
         if !remesh_gradients.is_empty() {
@@ -180,7 +204,8 @@ impl Elastic {
             self = self.remeshed(&gradients);
         }
         if !remesh_gradients.is_empty() && !self.linear {
-            self.memory = Some(Memory::new(&self.lattice, &self.constants, positions));
+            self.memory =
+                Some(Memory::new(&self.lattice, &self.lift.folds.following, &self.constants, positions));
             self.work.products = self.lattice.tiles.field(GENERAL);
         }
         let on_rows = self.components() * self.correction.rows.len();
@@ -194,15 +219,20 @@ impl Elastic {
     /// d xi / d X by which the gradient of the reference positions is the unit tensor again, which the correction leaves it as on an
     /// undeformed lattice only: F (1 - E) for F, with E the gradient of the reference positions by the correction alone.
     fn straightened(&self, gradients: &[Mat3], positions: &[Vec3]) -> Vec<Mat3> {
+        let moved = |a: usize| self.lattice.position(a) - positions[a];
+        let following = &self.lift.folds.following;
         let of = |(a, f): (usize, &Mat3)| {
             let Some(row) = self.correction_row(a) else { return *f };
             let mut e = Mat3::zeros();
             for neighbour in &self.lattice.neighbours {
-                if let Some(b) = self.lattice.neighbour(a, neighbour) {
-                    let (t, lane) = self.lattice.tiles.place(b);
+                if let Some(seen) = self.lattice.seen(a, neighbour) {
+                    let (t, lane) = self.lattice.tiles.place(seen.particle);
                     let vw = self.constants.volume(t)[lane] * neighbour.w;
-                    let residual = self.gamma(b) - row.gamma - row.slope * neighbour.x;
-                    e += vw * (positions[b] - positions[a]) * residual.transpose();
+                    let gamma = self.gamma(seen.particle).component_mul(&reflection(seen.mirrors));
+                    let residual = gamma - row.gamma - row.slope * neighbour.x;
+                    let other = following.image(seen.mirrors, &moved(seen.particle));
+                    let apart = neighbour.x + moved(a) - other;
+                    e += vw * apart * residual.transpose();
                 }
             }
             f * (Mat3::identity() - e)

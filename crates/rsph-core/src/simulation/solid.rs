@@ -15,6 +15,7 @@ use super::model::{Model, Moment, Parts};
 use super::remeshing::Relaid;
 use super::time_step::choose_pace;
 use crate::boundary::constraints::Constraints;
+use crate::boundary::fold::Folds;
 use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::surface_quadrature::{SurfaceQuadrature, rim};
 use crate::boundary::tag;
@@ -165,8 +166,8 @@ impl Solid {
         } else {
             Held::Surface(Constraints::new(&setup.boundaries, surface, &positions, dx)?)
         };
-        let quadrature = laid.quadrature(setup, surface, dx, &held);
-        let mut elastic = laid.elastic(setup, &undeformed.lattice, &held)?;
+        let mut elastic = laid.elastic(setup, &undeformed.lattice, &held, surface, false)?;
+        let quadrature = laid.quadrature(setup, surface, dx, &held, &elastic.lift.folds);
         if !is_paper {
             elastic = elastic.with_surface(&quadrature, held.holds(), &laid.cut, &positions);
         }
@@ -387,9 +388,9 @@ impl Model for Solid {
         };
         let mut before = std::mem::replace(&mut self.setup.loads, loads.to_vec());
         let surface = self.kept_surface.as_deref().unwrap_or_else(|| self.setup.shape.surface());
-        let quadrature = self
-            .quadrature
-            .get_or_insert_with(|| self.laid.quadrature(&self.setup, surface, self.spacing, &self.held));
+        let quadrature = self.quadrature.get_or_insert_with(|| {
+            self.laid.quadrature(&self.setup, surface, self.spacing, &self.held, &elastic.lift.folds)
+        });
         match self.laid.loads(&self.setup, elastic, (surface, quadrature), &self.held) {
             Ok(new) => {
                 elastic.loads = new;
@@ -424,7 +425,9 @@ impl Model for Solid {
     }
 
     fn surface_quadrature(&self) -> Option<SurfaceQuadrature> {
-        Some(self.laid.quadrature(&self.setup, self.boundary_surface(), self.spacing, &self.held))
+        let none = Folds::default();
+        let folds = if let Matter::Adjoint(elastic) = &self.matter { &elastic.lift.folds } else { &none };
+        Some(self.laid.quadrature(&self.setup, self.boundary_surface(), self.spacing, &self.held, folds))
     }
 
     fn add_probe(&mut self, probe: &Probe) -> Result<(), InvalidInput> {

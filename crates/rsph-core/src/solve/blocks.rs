@@ -1,17 +1,18 @@
 //! The 3 x 3 diagonal blocks of the stiffness K.
 
 use crate::dynamics::elastic::Elastic;
+use crate::lattice::reflection;
 use crate::moments::Moments;
 use crate::tensor::{Mat3, Vec3};
 use rayon::prelude::*;
 
-/// How the gradient of a particle c answers to a displacement du of particle a:
-/// dG_c = du (x) `gradient` - (projector du) (x) `lifted`.
+/// How the gradient of a particle c answers to a displacement du of particle a and of its images:
+/// dG_c = sum du_i e_i (x) `gradient`_i - (projector du) (x) `lifted`.
 struct Response {
     particle: usize,
-    /// V_a w X, X from c to a; its negative sum for c = a.
-    first: Vec3,
-    gradient: Vec3,
+    /// V_a w X, X from c to a; its negative sum for c = a; row i for du_i.
+    first: Mat3,
+    gradient: Mat3,
     lifted: Vec<(Vec3, Mat3)>,
 }
 
@@ -19,28 +20,42 @@ struct Response {
 /// at rest, and the penalty of held faces.
 pub fn diagonal_blocks(elastic: &Elastic) -> Vec<Mat3> {
     let (lattice, moments) = (&elastic.lattice, elastic.moments());
+    let signs = &elastic.lift.folds.following.signs;
     (0..lattice.len())
         .into_par_iter()
         .map(|a| {
             let m = &moments[a];
             let mut responses: Vec<Response> = Vec::with_capacity(lattice.neighbours.len() + 1);
+            let mut respond = |particle: usize, signs: &Vec3, first: Vec3, gradient: Vec3| {
+                let (first, gradient) = (signs * first.transpose(), signs * gradient.transpose());
+                let mut before = responses.iter_mut();
+                match before.find(|r| !lattice.images.is_empty() && r.particle == particle) {
+                    Some(r) => (r.first, r.gradient) = (r.first + first, r.gradient + gradient),
+                    None => responses.push(Response { particle, first, gradient, lifted: Vec::new() }),
+                }
+            };
             let mut own = -(m.correction * m.first);
             if let Some(row) = elastic.correction_row(a) {
                 own -= row.zeroth - row.gamma * m.zeroth - row.slope * m.first;
             }
-            responses.push(Response { particle: a, first: -m.first, gradient: own, lifted: Vec::new() });
-            let mut springs = m.volume * m.zeroth;
+            respond(a, &Vec3::repeat(1.0), -m.first, own);
+            let mut springs = Vec3::repeat(m.volume * m.zeroth);
             for neighbour in &lattice.neighbours {
-                if let Some(c) = lattice.neighbour(a, neighbour) {
+                if let Some(seen) = lattice.seen(a, neighbour) {
+                    let (c, signs) = (seen.particle, &signs[seen.mirrors as usize]);
                     let vw = m.volume * neighbour.w;
-                    let x = -neighbour.x;
+                    let mirror = reflection(seen.mirrors);
+                    let x = -neighbour.x.component_mul(&mirror);
                     let mut gradient = moments[c].correction * x;
                     if let Some(row) = elastic.correction_row(c) {
-                        gradient += elastic.gamma(a) - row.gamma - row.slope * x;
+                        gradient += elastic.gamma(a).component_mul(&mirror) - row.gamma - row.slope * x;
                     }
-                    let (first, gradient) = (x * vw, gradient * vw);
-                    responses.push(Response { particle: c, first, gradient, lifted: Vec::new() });
-                    springs += moments[c].volume * vw;
+                    respond(c, signs, x * vw, gradient * vw);
+                    springs.add_scalar_mut(moments[c].volume * vw);
+                    if c == a {
+                        // It moves with its image, or against it.
+                        springs -= signs * (2.0 * m.volume * vw);
+                    }
                 }
             }
             elastic.lift.responses(
@@ -48,7 +63,7 @@ pub fn diagonal_blocks(elastic: &Elastic) -> Vec<Mat3> {
                 |b| moments[b].volume,
                 |b, vector, projector| {
                     let at = responses.iter().position(|r| r.particle == b).unwrap_or_else(|| {
-                        let (first, gradient) = (Vec3::zeros(), Vec3::zeros());
+                        let (first, gradient) = (Mat3::zeros(), Mat3::zeros());
                         responses.push(Response { particle: b, first, gradient, lifted: Vec::new() });
                         responses.len() - 1
                     });
@@ -56,7 +71,7 @@ pub fn diagonal_blocks(elastic: &Elastic) -> Vec<Mat3> {
                 },
             );
             let mut block =
-                Mat3::from_diagonal_element(springs * elastic.hourglass) + elastic.lift.penalty_block(a);
+                Mat3::from_diagonal(&(springs * elastic.hourglass)) + elastic.lift.penalty_block(a);
             for response in &responses {
                 block += of_response(elastic, &moments[response.particle], response);
             }
@@ -69,7 +84,7 @@ pub fn diagonal_blocks(elastic: &Elastic) -> Vec<Mat3> {
 fn of_response(elastic: &Elastic, m: &Moments, response: &Response) -> Mat3 {
     let gradients: [Mat3; 3] = std::array::from_fn(|j| {
         let direction = Vec3::ith(j, 1.0);
-        let mut gradient = direction * response.gradient.transpose();
+        let mut gradient = direction * response.gradient.row(j);
         for (vector, projector) in &response.lifted {
             gradient -= projector.column(j) * vector.transpose();
         }
@@ -82,6 +97,7 @@ fn of_response(elastic: &Elastic, m: &Moments, response: &Response) -> Mat3 {
             block[(i, j)] = m.volume * change.dot(&gradients[i]);
         }
     }
-    let slope = elastic.hourglass * m.volume * response.first.dot(&(m.correction * response.first));
-    block - Mat3::from_diagonal_element(slope)
+    let slope =
+        Vec3::from_fn(|i, _| (response.first.row(i) * m.correction * response.first.row(i).transpose())[0]);
+    block - Mat3::from_diagonal(&(slope * (elastic.hourglass * m.volume)))
 }

@@ -2,6 +2,7 @@
 #![allow(dead_code, clippy::needless_pass_by_value)]
 
 use rsph_core::boundary::constraints::Constraints;
+use rsph_core::boundary::fold::Folds;
 use rsph_core::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature, rim};
 use rsph_core::dynamics::elastic::Elastic;
 use rsph_core::lattice::Lattice;
@@ -114,7 +115,9 @@ pub fn remeshed_body(
     }
     let elastic = |volume: &[f64]| {
         let lattice = Lattice::new(&sampled.grid, &sampled.cells, smoothing, dimension);
+        let folds = Folds::new(&constraints, &boundary, &lattice, moved.is_some());
         Elastic::new(lattice, volume, fixed.clone(), Arc::clone(&material), modulus)
+            .folded(folds, &constraints.holds)
     };
     let mut volume = sampled.volume.clone();
     let mut gradients: Vec<Mat3> = Vec::new();
@@ -127,13 +130,15 @@ pub fn remeshed_body(
         let of_d = elastic(&volume).gradient(0.0, d.values());
         gradients = of_d.iter().map(|g| back(g).try_inverse().unwrap()).collect();
     }
-    let cloud = Cloud::new(&positions, &volume, spacing).in_dimension(dimension).for_surface(smoothing);
+    let elastic = elastic(&volume);
+    let doubled = elastic.lift.folds.doubled(&positions, &volume, spacing);
+    let cloud = Cloud::new(&doubled.positions, &doubled.volume, spacing);
+    let cloud = cloud.in_dimension(dimension).for_surface(smoothing);
     let fits = |places: &[Vec3]| places.iter().map(|x| cloud.fit_at(x)).collect();
-    let particles = LoadedParticles { positions: &positions, fits: &fits };
+    let particles = LoadedParticles { particles: &doubled, fits: &fits };
     let held = |x: &Vec3, n: &Vec3| constraints.held_at(x, n);
     let holds = &constraints.holds;
     let surface = SurfaceQuadrature::new(&boundary, dimension, spacing, &particles, holds, &held);
-    let elastic = elastic(&volume);
     let elastic = if moved.is_some() { elastic.remeshed(&gradients) } else { elastic };
     let elastic = elastic.with_surface(&surface, holds, &sampled.cut(), &positions);
     TestBody { elastic, positions, spacing, surface }

@@ -1,10 +1,11 @@
 //! Constants of the sums on the lattice, the moments of every particle, and fields spread over its tiles.
 
+use crate::boundary::fold::Following;
 use crate::lattice::Lattice;
 use crate::moments::Moments;
 use crate::tensor::lanes::{Lanes, Tensor};
 use crate::tensor::{Mat3, SymTensor, Vec3};
-use crate::tiles::{LANES, Tile, Tiles};
+use crate::tiles::{LANES, Tile};
 use pulp::Simd;
 use rayon::prelude::*;
 
@@ -176,16 +177,18 @@ impl Constants {
     }
 }
 
-/// Spreads V (u + T v - `origin`) over the tiles, of fields component by component; v with T, if it is there.
+/// Spreads V (u + T v - `origin`) over the tiles, of fields component by component; v with T, if it is there. Images follow
+/// their particles.
 pub(super) fn scatter(
-    tiles: &Tiles,
+    lattice: &Lattice,
+    following: &Following,
     constants: &Constants,
     u: &[f64],
     v: Option<(&[f64], f64)>,
     origin: &Vec3,
     q: &mut [Tile],
 ) {
-    let n = u.len() / 3;
+    let (n, tiles) = (u.len() / 3, &lattice.tiles);
     q.par_chunks_mut(3).with_min_len(TILES_A_TASK).enumerate().for_each(|(t, q)| {
         let (a, mask) = tiles.particles(t);
         let volume = constants.volume(t);
@@ -216,6 +219,16 @@ pub(super) fn scatter(
                 q.0 = [0.0; LANES];
                 let occupied = (0..LANES).filter(|l| mask >> l & 1 == 1);
                 occupied.zip(z).for_each(|(l, z)| q.0[l] = z * volume[l]);
+            }
+        }
+        for image in lattice.images_in(t) {
+            let (a, set) = (image.particle as usize, image.mirrors as usize);
+            let (tile, lane) = tiles.place(a);
+            let volume = constants.volume(tile)[lane];
+            for i in 0..3 {
+                let z = u[i * n + a] + v.map_or(0.0, |(v, relaxation_time)| relaxation_time * v[i * n + a]);
+                let mirrored = following.signs[set][i] * z + following.offsets[set][i];
+                q[i].0[image.place().1] = volume * (mirrored - origin[i]);
             }
         }
     });

@@ -12,7 +12,8 @@
 //! (J.-S. Chen, M. Hillman, M. Rueter, Int. J. Numer. Meth. Eng. 95, 2013: integration constraints.)
 
 use super::constants::{Constants, scatter};
-use crate::lattice::Lattice;
+use crate::boundary::fold::{Folds, Following};
+use crate::lattice::{Lattice, reflection};
 use crate::moments::{Moments, area_vectors};
 use crate::ops::{self, EvenField, PAIR_COMPONENTS, Part, Pointwise, Results};
 use crate::tensor::lanes::{Lanes, Real, Tensor};
@@ -80,6 +81,8 @@ pub(super) struct Surroundings<'a> {
     pub(super) wanted: &'a [f64],
     /// Particles that held faces are lifted into.
     pub(super) lifted: &'a [u32],
+    /// The folds, where gamma is mirrored.
+    pub(super) folds: &'a Folds,
 }
 
 /// Whether each cell lies in one of the first [`LAYERS`] from the surface: the first are those that the surface cuts or that
@@ -113,8 +116,8 @@ impl Correction {
             let t = tiles.place(a).0;
             (has_row[t], is_reached[t]) = (true, true);
             for neighbour in &lattice.neighbours {
-                if let Some(b) = lattice.neighbour(a, neighbour) {
-                    is_reached[tiles.place(b).0] = true;
+                if let Some(seen) = lattice.seen(a, neighbour) {
+                    is_reached[seen.tile] = true;
                 }
             }
         }
@@ -134,6 +137,13 @@ impl Correction {
                 }
             }
         }
+        for image in &lattice.images {
+            let (t, lane) = image.place();
+            if let Some(number) = reach.number(t) {
+                let gamma = gamma[image.particle as usize].component_mul(&reflection(image.mirrors));
+                (0..3).for_each(|i| tiled[3 * number + i].0[lane] = gamma[i]);
+            }
+        }
         let mut row_constants = vec![Tile::default(); ROW * rows.len()];
         for a in (0..lattice.len()).filter(|a| flagged[*a]) {
             let (t, lane) = tiles.place(a);
@@ -141,11 +151,13 @@ impl Correction {
             let m = &body.moments[a];
             let (mut zeroth, mut first) = (Vec3::zeros(), Mat3::zeros());
             for neighbour in &lattice.neighbours {
-                if let Some(b) = lattice.neighbour(a, neighbour) {
+                if let Some(seen) = lattice.seen(a, neighbour) {
+                    let b = seen.particle;
                     let (t, lane) = tiles.place(b);
                     let vw = constants.volume(t)[lane] * neighbour.w;
-                    zeroth += vw * gamma[b];
-                    first += vw * (gamma[b] - gamma[a]) * neighbour.x.transpose();
+                    let other = gamma[b].component_mul(&reflection(seen.mirrors));
+                    zeroth += vw * other;
+                    first += vw * (other - gamma[a]) * neighbour.x.transpose();
                 }
             }
             let slope = first * m.correction;
@@ -351,11 +363,12 @@ impl<'a> Solver<'a> {
                 let z = f64::from(u8::from(flagged[a]));
                 let (mut graph, mut slope) = (z * m.volume * m.zeroth, z * m.volume * own);
                 for neighbour in &lattice.neighbours {
-                    if let Some(c) = lattice.neighbour(a, neighbour).filter(|c| flagged[*c]) {
-                        let other = &moments[c];
+                    if let Some(seen) = lattice.seen(a, neighbour).filter(|s| flagged[s.particle]) {
+                        let other = &moments[seen.particle];
                         let vw = m.volume * neighbour.w;
+                        let x = neighbour.x.component_mul(&reflection(seen.mirrors));
                         graph += other.volume * vw;
-                        slope += other.volume * vw * vw * neighbour.x.dot(&(other.correction * neighbour.x));
+                        slope += other.volume * vw * vw * x.dot(&(other.correction * x));
                     }
                 }
                 (graph, graph - slope)
@@ -387,7 +400,8 @@ impl<'a> Solver<'a> {
             .collect();
         let inverse: Vec<f64> =
             (0..n).map(|a| if is_free(a) { 1.0 / self.diagonal[a] } else { 0.0 }).collect();
-        self.project(&mut r, &is_free);
+        self.project(&mut r, &is_free, body.folds);
+        let following = Following::mirrored();
         let (mut gamma, mut p, mut y) = (vec![0.0; 3 * n], vec![0.0; 3 * n], vec![0.0; 3 * n]);
         let start = dots(&r, &r);
         // What R has of motions that no row feels, other than linear ones, no gamma takes away: the best one so far stands.
@@ -414,7 +428,7 @@ impl<'a> Solver<'a> {
                     *p = inverse * r + beta * *p;
                 }
             }
-            self.apply(&p, &mut y);
+            self.apply(&p, &mut y, &following);
             let py = dots(&p, &y);
             for i in (0..3).filter(|&i| py[i] > 0.0) {
                 let alpha = rz[i] / py[i];
@@ -428,18 +442,29 @@ impl<'a> Solver<'a> {
         (0..n).map(|a| Vec3::from_fn(|i, _| best[i * n + a])).collect()
     }
 
-    /// Takes constants and linear fields on the lattice, which H does not feel, out of `r`.
-    fn project(&self, r: &mut [f64], is_free: &impl Fn(usize) -> bool) {
+    /// Takes constants and linear fields on the lattice, which H does not feel, out of `r`, as far as `folds` have them.
+    fn project(&self, r: &mut [f64], is_free: &impl Fn(usize) -> bool, folds: &Folds) {
         let n = self.lattice.len();
         let free: Vec<usize> = (0..n).filter(|a| is_free(*a)).collect();
-        let middle = free.iter().map(|&a| self.lattice.position(a)).sum::<Vec3>() / free.len().max(1) as f64;
-        let basis = |a: usize| {
-            let x = (self.lattice.position(a) - middle) / self.lattice.spacing;
-            Vector4::new(1.0, x.x, x.y, x.z)
-        };
-        let moment: Matrix4<f64> = free.iter().map(|&a| basis(a) * basis(a).transpose()).sum();
-        let Some(inverse) = moment.try_inverse() else { return };
-        for r in r.chunks_exact_mut(n) {
+        let mut middle =
+            free.iter().map(|&a| self.lattice.position(a)).sum::<Vec3>() / free.len().max(1) as f64;
+        folds.planes().for_each(|(axis, at)| middle[axis] = at);
+        for (i, r) in r.chunks_exact_mut(n).enumerate() {
+            // Odd fields vanish on a fold, even ones have no slope across it.
+            let mut there = Vector4::repeat(1.0);
+            for (axis, _) in folds.planes() {
+                if folds.planes().filter(|p| p.0 == axis).count() > 1 {
+                    there[axis + 1] = 0.0;
+                }
+                (0..4).filter(|k| (*k == axis + 1) != (i == axis)).for_each(|k| there[k] = 0.0);
+            }
+            let basis = |a: usize| {
+                let x = (self.lattice.position(a) - middle) / self.lattice.spacing;
+                Vector4::new(1.0, x.x, x.y, x.z).component_mul(&there)
+            };
+            let mut moment: Matrix4<f64> = free.iter().map(|&a| basis(a) * basis(a).transpose()).sum();
+            (0..4).filter(|k| there[*k] == 0.0).for_each(|k| moment[(k, k)] = 1.0);
+            let Some(inverse) = moment.try_inverse() else { continue };
             let share = inverse * free.iter().map(|&a| basis(a) * r[a]).sum::<Vector4<f64>>();
             for &a in &free {
                 r[a] -= share.dot(&basis(a));
@@ -448,18 +473,18 @@ impl<'a> Solver<'a> {
     }
 
     /// y = H f, of fields component by component.
-    fn apply(&mut self, f: &[f64], y: &mut [f64]) {
+    fn apply(&mut self, f: &[f64], y: &mut [f64], following: &Following) {
         let n = self.lattice.len();
-        scatter(&self.lattice.tiles, self.constants, f, None, &Vec3::zeros(), &mut self.q);
+        scatter(self.lattice, following, self.constants, f, None, &Vec3::zeros(), &mut self.q);
         let residual = Residual { constants: self.constants, rows: self.rows, zv: &self.zv, q: &self.q };
         ops::gradient_sums(self.lattice, Some(self.rows), &self.q, &mut self.pair, [None, None], &residual);
         ops::adjoint_sums(self.lattice, Some(self.reach), &self.pair, &mut self.adjoint);
         let field = RowField { rows: self.rows, zv: &self.zv, q: &self.q };
         ops::even_sums(self.lattice, self.reach, &field, Results::new(Some(self.reach), 3, &mut self.beside));
-        let (x, yz) = y.split_at_mut(n);
-        let (y, z) = yz.split_at_mut(n);
+        let (yx, yyz) = y.split_at_mut(n);
+        let (yy, yz) = yyz.split_at_mut(n);
         let this = &*self;
-        (x, y, z).into_par_iter().enumerate().with_min_len(PARTICLES_A_SUM).for_each(|(a, (x, y, z))| {
+        (yx, yy, yz).into_par_iter().enumerate().with_min_len(PARTICLES_A_SUM).for_each(|(a, (x, y, z))| {
             let (t, lane) = this.lattice.tiles.place(a);
             let Some(number) = this.reach.number(t) else { return };
             let volume = this.constants.volume(t)[lane];
@@ -471,6 +496,16 @@ impl<'a> Solver<'a> {
                     + volume * (this.adjoint[3 * t + i].0[lane] - this.beside[3 * number + i].0[lane]);
             }
         });
+        for image in &self.lattice.images {
+            let (a, (t, lane)) = (image.particle as usize, image.place());
+            let Some(number) = self.reach.number(t) else { continue };
+            let (of, at) = self.lattice.tiles.place(a);
+            let volume = self.constants.volume(of)[at];
+            for (i, sign) in following.signs[image.mirrors as usize].iter().enumerate() {
+                let sum = self.adjoint[3 * t + i].0[lane] - self.beside[3 * number + i].0[lane];
+                y[i * n + a] += sign * volume * sum;
+            }
+        }
     }
 }
 

@@ -12,6 +12,7 @@
 
 use super::constants::Constants;
 use super::correction::{GENERAL, GradientField, add_adjoint};
+use crate::boundary::fold::Following;
 use crate::lattice::Lattice;
 use crate::moments::inverse_moment;
 use crate::ops::{self, EvenField, Part, Results};
@@ -45,8 +46,13 @@ pub(super) struct Remembered<S: Simd> {
 }
 
 impl Memory {
-    /// Of particles at the nodes of `lattice` that were at `positions` in the undeformed body.
-    pub(super) fn new(lattice: &Lattice, constants: &Constants, positions: &[Vec3]) -> Self {
+    /// Of particles at the nodes of `lattice` that were at `positions` in the undeformed body; images follow them.
+    pub(super) fn new(
+        lattice: &Lattice,
+        following: &Following,
+        constants: &Constants,
+        positions: &[Vec3],
+    ) -> Self {
         let tiles = &lattice.tiles;
         let moved = |a: usize| lattice.position(a) - positions[a];
         let origin = if positions.is_empty() { Vec3::zeros() } else { moved(0) };
@@ -55,11 +61,12 @@ impl Memory {
             .map(|a| {
                 let (mut zeroth, mut second) = (Vec3::zeros(), Mat3::zeros());
                 for neighbour in &lattice.neighbours {
-                    if let Some(b) = lattice.neighbour(a, neighbour) {
-                        let (t, lane) = tiles.place(b);
+                    if let Some(seen) = lattice.seen(a, neighbour) {
+                        let (t, lane) = tiles.place(seen.particle);
                         let c = constants.volume(t)[lane] * neighbour.w;
-                        let x = positions[b] - positions[a];
-                        zeroth += c * (moved(b) - origin);
+                        let other = following.image(seen.mirrors, &moved(seen.particle));
+                        let x = neighbour.x + moved(a) - other;
+                        zeroth += c * (other - origin);
                         second += c * x * x.transpose();
                     }
                 }
@@ -82,6 +89,11 @@ impl Memory {
             for (c, value) in zeroth.iter().chain(&inverse).enumerate() {
                 memory.constants[CONSTANTS * t + c].0[lane] = *value;
             }
+        }
+        for image in &lattice.images {
+            let (t, lane) = image.place();
+            let d = following.image(image.mirrors, &moved(image.particle as usize)) - origin;
+            (0..3).for_each(|i| memory.displacement[3 * t + i].0[lane] = d[i]);
         }
         memory
     }

@@ -270,6 +270,6 @@ impl Elastic {
                 self.work.pair[t * PAIR_COMPONENTS].0[lane]
             })
             .sum();
-        of_particles + self.lift.energy()
+        of_particles + self.lift.energy() + kappa * self.lift.folds.energy()
     }
 }

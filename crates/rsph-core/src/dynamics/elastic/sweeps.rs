@@ -297,7 +297,8 @@ impl Elastic {
         let value = |a: usize| Vec3::from_fn(|i, _| u[i * n + a] + v.map_or(0.0, |(v, t)| t * v[i * n + a]));
         // Nothing but differences of z counts: without its translation a body far from where it started rounds no worse.
         let origin = if n > 0 { value(0) } else { Vec3::zeros() };
-        scatter(&self.lattice.tiles, &self.constants, u, v, &origin, &mut self.work.q);
+        scatter(&self.lattice, &self.lift.folds.following, &self.constants, u, v, &origin, &mut self.work.q);
+        self.lift.folds.stretch(value, &origin);
         let components = self.components();
         let Workspace { q, side, lifted, .. } = &mut self.work;
         if !self.lift.is_empty() {
@@ -423,6 +424,7 @@ impl Elastic {
                 ops::even_sums(lattice, &correction.reach, &field, results);
             }
         }
+        self.lift.folds.react(self.hourglass, q);
         if !self.lift.is_empty() {
             let (tiles, rows, constants) = (&self.lattice.tiles, &self.correction.rows, &self.constants);
             self.lift.react(|a| {
@@ -462,7 +464,8 @@ impl Elastic {
                 }
             }
         });
-        for (a, lifted) in self.lift.forces(first..first + fx.len()) {
+        let folded = self.lift.folds.forces(first..first + fx.len(), q);
+        for (a, lifted) in self.lift.forces(first..first + fx.len()).chain(folded) {
             let at = a - first;
             (fx[at], fy[at], fz[at]) = (fx[at] + lifted.x, fy[at] + lifted.y, fz[at] + lifted.z);
         }

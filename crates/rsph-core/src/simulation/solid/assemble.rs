@@ -3,6 +3,7 @@
 
 use super::held::Held;
 use crate::boundary::flat_face::{self, Faces};
+use crate::boundary::fold::Folds;
 use crate::boundary::load::{LoadedBody, nodal_loads};
 use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature};
@@ -79,7 +80,7 @@ impl Laid {
         (0..self.len()).map(|a| self.reference.vector(a)).collect()
     }
 
-    /// The dynamics of these particles, without loads and surface.
+    /// The dynamics of these particles, which have been `remeshed` or not, without loads and the rest of `surface` than folds.
     ///
     /// # Errors
     /// A boundary that holds none of the particles.
@@ -88,6 +89,8 @@ impl Laid {
         setup: &Setup,
         nodes: &NodeLattice<3>,
         held: &Held,
+        surface: &TriangleMesh,
+        remeshed: bool,
     ) -> Result<Elastic, InvalidInput> {
         let low: [i32; 3] = std::array::from_fn(|i| self.nodes.iter().map(|n| n[i]).min().unwrap_or(0));
         let high: [i32; 3] = std::array::from_fn(|i| self.nodes.iter().map(|n| n[i]).max().unwrap_or(0));
@@ -103,25 +106,30 @@ impl Laid {
             fixed.hold_in_plane(self.len());
         }
         let hourglass = setup.solver.hourglass_modulus(material.young_modulus());
-        Ok(Elastic::new(lattice, &self.volume, fixed, material, hourglass))
+        let folds = match held {
+            Held::Surface(constraints) => Folds::new(constraints, surface, &lattice, remeshed),
+            Held::Layers(_) => Folds::default(),
+        };
+        Ok(Elastic::new(lattice, &self.volume, fixed, material, hourglass).folded(folds, held.holds()))
     }
 
-    /// The undeformed `surface` with the weights of these particles.
+    /// The undeformed `surface` with the weights of these particles and of their images in `folds`.
     pub fn quadrature(
         &self,
         setup: &Setup,
         surface: &TriangleMesh,
         spacing: f64,
         held: &Held,
+        folds: &Folds,
     ) -> SurfaceQuadrature {
-        let positions = self.positions();
+        let particles = folds.doubled(&self.positions(), &self.volume, spacing);
         let fits = |places: &[Vec3]| -> Vec<LinearFit> {
-            let cloud = Cloud::new(&positions, &self.volume, spacing)
+            let cloud = Cloud::new(&particles.positions, &particles.volume, spacing)
                 .in_dimension(setup.shape.dimension())
                 .for_surface(setup.solver.smoothing);
             places.par_iter().map(|x| cloud.fit_at(x)).collect()
         };
-        let particles = LoadedParticles { positions: &positions, fits: &fits };
+        let particles = LoadedParticles { particles: &particles, fits: &fits };
         let held_at = |x: &Vec3, n: &Vec3| held.held_at(x, n);
         SurfaceQuadrature::new(surface, setup.shape.dimension(), spacing, &particles, held.holds(), &held_at)
     }

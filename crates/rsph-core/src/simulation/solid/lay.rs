@@ -201,7 +201,7 @@ impl Undeformed {
             for (a, k) in kept.iter().enumerate() {
                 (0..3).for_each(|i| u[i * len + a] = arrived.values[k * columns + i]);
             }
-            let gradient = laid.elastic(setup, &self.lattice, held)?.gradient(time, &u);
+            let gradient = laid.elastic(setup, &self.lattice, held, surface, true)?.gradient(time, &u);
             let strays = |(k, g): (&usize, &Mat3)| strays(&back(*k), &(Mat3::identity() - g));
             let stray: Vec<bool> = kept.par_iter().zip(&gradient).map(strays).collect();
             if !stray.contains(&true) {
@@ -268,7 +268,7 @@ impl Undeformed {
         u: &[f64],
         surface: &TriangleMesh,
     ) -> Result<(Elastic, SurfaceQuadrature), LayError> {
-        let mut elastic = laid.elastic(setup, &self.lattice, held)?;
+        let mut elastic = laid.elastic(setup, &self.lattice, held, surface, true)?;
         let gradient = elastic.gradient(time, u);
         let gradients: Vec<Mat3> = gradient
             .iter()
@@ -277,7 +277,7 @@ impl Undeformed {
                 (Mat3::identity() - g).try_inverse().ok_or(LayError::Inverted(laid.reference.vector(a)))
             })
             .collect::<Result<_, _>>()?;
-        let quadrature = laid.quadrature(setup, surface, self.lattice.spacing, held);
+        let quadrature = laid.quadrature(setup, surface, self.lattice.spacing, held, &elastic.lift.folds);
         let elastic = elastic.remeshed(&gradients);
         let elastic = match held {
             Held::Surface(constraints) => {
