@@ -40,13 +40,13 @@ fn a_run_fills_its_folder_and_says_where() {
     assert!(as_run.contains("# the top is pulled upwards"));
 
     let probes = rows(&bench.path("results/probes.csv"));
-    assert_eq!((probes.len(), probes[0][0]), (41, 0.0));
+    assert_eq!((probes.len(), probes[0][0]), (29, 0.0));
     let last = probes.last().unwrap();
     assert!((last[0] - 0.02).abs() < 1e-12 && last[1] > 0.0, "{last:?}");
 
     let summary = std::fs::read_to_string(bench.path("results/summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
-    assert_eq!((summary["particles"].as_u64(), summary["steps"].as_u64()), (Some(343), Some(40)));
+    assert_eq!((summary["particles"].as_u64(), summary["steps"].as_u64()), (Some(343), Some(28)));
 }
 
 #[test]
