@@ -90,8 +90,8 @@ fn remeshed() -> Remeshing {
 #[library_benchmark(setup = remeshed)]
 #[bench::eight_columns()]
 fn remesh(mut cube: Remeshing) -> (Remeshed, Remeshing) {
-    let relaid = cube.run();
-    black_box((relaid, cube))
+    let outcome = cube.run();
+    black_box((outcome, cube))
 }
 
 fn cycled() -> Cycle {

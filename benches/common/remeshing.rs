@@ -1,4 +1,4 @@
-//! Particles that have left their nodes, laid anew.
+//! Particles that have left their nodes, remeshed.
 
 use rsph_core::kernel::RemeshKernel;
 use rsph_core::particles::{Column, Field, Particles};

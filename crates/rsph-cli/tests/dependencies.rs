@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Packages that come with the text of their licence instead of its name.
-const IN_A_FILE: &[(&str, &str)] = &[("hdf5-metno-src", "HDF5")];
+const IN_PER_FILE: &[(&str, &str)] = &[("hdf5-metno-src", "HDF5")];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
@@ -104,7 +104,7 @@ fn licences_are_those_that_are_allowed() {
         .iter()
         .filter_map(|package| {
             let name = package["name"].as_str().unwrap();
-            let in_a_file = IN_A_FILE.iter().find(|(known, _)| *known == name).map(|(_, licence)| *licence);
+            let in_a_file = IN_PER_FILE.iter().find(|(known, _)| *known == name).map(|(_, licence)| *licence);
             let expression = package["license"].as_str().or(in_a_file).unwrap_or("none");
             (!is_met(expression, &allowed)).then(|| format!("{name}: {expression}"))
         })

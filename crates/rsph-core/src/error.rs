@@ -37,7 +37,7 @@ pub enum FailureKind {
     NotFinite,
     /// The energy grew beyond the work done on the body, or the strain beyond any meaning.
     Unstable,
-    /// A particle was turned inside out, det F <= 0, or the body can not be laid anew.
+    /// A particle was turned inside out, det F <= 0, or the body can not be remeshed.
     Inverted,
     /// A linear system was not solved: the body hangs by a thin piece or not at all.
     NotConverged,

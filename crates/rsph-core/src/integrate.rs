@@ -13,7 +13,7 @@ use dyn_clone::DynClone;
 use rayon::prelude::*;
 
 /// Values that one task works on.
-const VALUES_A_TASK: usize = 4096;
+const VALUES_PER_TASK: usize = 4096;
 
 /// The classical Runge-Kutta scheme of fourth order, section 5.2 of the paper, with its work space.
 #[derive(Clone, Debug, Default)]
@@ -195,7 +195,7 @@ fn advance(
     next: f64,
     stage: usize,
 ) {
-    let n = VALUES_A_TASK;
+    let n = VALUES_PER_TASK;
     (value.par_chunks_mut(n), end.par_chunks_mut(n), start.par_chunks(n), rate.par_chunks(n))
         .into_par_iter()
         .for_each(|(value, end, start, rate)| {

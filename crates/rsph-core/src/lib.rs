@@ -40,5 +40,5 @@ pub mod surface;
 pub mod tensor;
 pub mod tiles;
 pub mod vector_field;
-mod watch;
+mod watchdog;
 pub mod winding;

@@ -16,7 +16,7 @@ const SMOOTHING: f64 = 1.0;
 /// wider weights, or the step of explicit schemes gets shorter.
 const SURFACE_SMOOTHING: f64 = 1.2;
 /// Points that one task finds weights for.
-const POINTS_A_TASK: usize = 256;
+const POINTS_PER_TASK: usize = 256;
 /// What keeps the weight of a particle finite where a point lies on it (in square spacings), for weights
 /// that do not smooth.
 const SHARPNESS: f64 = 1e-3;
@@ -76,7 +76,7 @@ impl PointWeights {
     /// Weights at `points` of the particles of `cloud`. They sum to 1 and reproduce linear fields.
     pub fn new(cloud: &Cloud<'_>, points: &[Vec3]) -> Self {
         let parts: Vec<Self> = points
-            .par_chunks(POINTS_A_TASK)
+            .par_chunks(POINTS_PER_TASK)
             .map(|points| Self::from_rows(points.iter().map(|x| cloud.weights_at(x))))
             .collect();
         let entries = parts.iter().map(|p| p.weights.len()).sum();

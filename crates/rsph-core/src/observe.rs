@@ -120,7 +120,7 @@ impl TaggedProbe {
         self.weights = weights(&x).mean(&share, particles).into_iter().collect();
     }
 
-    /// The same probe of a body that is never laid anew: what it reads is found for good.
+    /// The same probe of a body that is never remeshed: what it reads is found for good.
     #[must_use]
     pub fn settled(self) -> Self {
         Self { points: Vec::new(), ..self }

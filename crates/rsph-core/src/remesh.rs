@@ -1,4 +1,4 @@
-//! Remeshing: particles are laid anew on a regular lattice, with their conserved quantities
+//! Remeshing: particles are replaced by those of a regular lattice, with their conserved quantities
 //! interpolated by a kernel that conserves moments, section 3 of the paper.
 //!
 //! [`scatter`] and [`gather`] know nothing but values. [`Remesher`] applies scatter to the column table: for

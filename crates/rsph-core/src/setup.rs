@@ -391,7 +391,7 @@ pub struct Setup {
     pub loads: Vec<Load>,
     /// What moves the particles.
     pub mechanics: Mechanics,
-    /// Whether, when and how particles are laid anew.
+    /// Whether, when and how particles are remeshed.
     pub remesh: Remesh,
     /// Discretisation.
     pub solver: Solver,

@@ -4,13 +4,13 @@
 mod balance;
 mod checks;
 mod fsi_1d;
+mod interactive;
 mod model;
 mod prescribed;
 mod remeshing;
 mod solid;
 mod state;
 mod statics;
-mod steer;
 mod time_step;
 
 pub use crate::observe::Reading;
@@ -31,7 +31,7 @@ use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
 use crate::surface::Surface;
 use crate::tensor::Vec3;
-use crate::watch::{Look, Watch};
+use crate::watchdog::{Check, Watchdog};
 use balance::Balance;
 use fsi_1d::FluidBesideSolid;
 use model::{Model, Moment, Parts};
@@ -96,7 +96,7 @@ pub struct Simulation {
     particles: Particles,
     integrator: Box<dyn Integrator>,
     remeshing: Remeshing,
-    watch: Watch,
+    watch: Watchdog,
     balance: Balance,
     time: f64,
     steps: u64,
@@ -175,7 +175,7 @@ impl Simulation {
         let rounding =
             1e-16 * setup.material.p_wave_modulus() * description.volume / description.spacing.powi(2);
         Ok(Self {
-            watch: Watch::new(dynamics, &particles, energy, rounding),
+            watch: Watchdog::new(dynamics, &particles, energy, rounding),
             balance: Balance::new(dynamics.account(), &particles, energy, forces),
             remeshing: Remeshing::new(setup.remesh.trigger),
             dt: description.dt,
@@ -328,10 +328,10 @@ impl Simulation {
         let energy = self.energy();
         let before = Sums::new(&self.particles, energy);
         match self.model.remesh(&self.particles, moment) {
-            Ok(mut relaid) => {
-                let imposed = self.model.dynamics().impose(self.time, &mut relaid.particles);
+            Ok(mut outcome) => {
+                let imposed = self.model.dynamics().impose(self.time, &mut outcome.particles);
                 self.balance.impose(&imposed);
-                if let Some(limit) = &relaid.limit {
+                if let Some(limit) = &outcome.limit {
                     self.description.dt_limit = limit.dt;
                     // A scheme without a limit keeps its pace.
                     if self.description.scheme == Scheme::Rk4 {
@@ -339,7 +339,7 @@ impl Simulation {
                         self.dt = self.description.dt;
                     }
                 }
-                self.particles = relaid.particles.clone();
+                self.particles = outcome.particles.clone();
                 let energy = self.energy();
                 let after = Sums::new(&self.particles, energy);
                 let conserves_mass = self.model.dynamics().account().conserves_mass;
@@ -349,7 +349,7 @@ impl Simulation {
                 if let Some(failure) = wrong.or_else(|| checks::step_too_short(self.dt, shortest, moment)) {
                     return Err(self.fail_after_remesh(failure));
                 }
-                self.remeshing.done(&relaid, before, after, self.description.dt);
+                self.remeshing.done(&outcome, before, after, self.description.dt);
                 let dynamics = self.model.dynamics_mut();
                 self.integrator = integrator(&self.setup, &self.description, dynamics, &self.particles);
                 let dynamics = self.model.dynamics();
@@ -360,7 +360,7 @@ impl Simulation {
         }
     }
 
-    /// The particles of the last good state are gone with their lattice: those that were laid anew stay.
+    /// The particles of the last good state are gone with their lattice: the remeshed ones stay.
     fn fail_after_remesh(&mut self, failure: Failure) -> Failure {
         self.watch.restart(self.model.dynamics(), &self.particles, self.time, self.steps);
         self.fail(failure)
@@ -373,7 +373,7 @@ impl Simulation {
     /// Looks whether the state still makes sense; goes back to the last good one if not.
     fn check(&mut self) -> Result<(), Failure> {
         let (time, step) = (self.time, self.steps);
-        let look = Look {
+        let look = Check {
             energy: self.energy(),
             work: self.balance.work,
             smallest_jacobian: self.model.dynamics_mut().smallest_jacobian(time, &self.particles),
@@ -501,7 +501,7 @@ impl Simulation {
         self.model.surface(snapshot)
     }
 
-    /// What remeshing has done so far; `None` if the particles are never laid anew.
+    /// What remeshing has done so far; `None` if remeshing is off.
     pub fn remesh_log(&self) -> Option<RemeshLog> {
         (self.setup.remesh.trigger != RemeshTrigger::Never).then_some(self.remeshing.log)
     }

@@ -20,7 +20,7 @@ const LAYERS: &[&[&str]] = &[
     &["moments"],
     &["dynamics"],
     &["solve"],
-    &["integrate", "stability", "observe", "watch"],
+    &["integrate", "stability", "observe", "watchdog"],
     &["simulation"],
 ];
 

@@ -145,7 +145,7 @@ fn affine_bodies_stay_affine() {
     affine_body_stays_affine(setup(ball, 0.1, neo_hookean(0.0)), &a, &rate);
 }
 
-/// A body that has turned by far more than a radian since it was laid is found again.
+/// A body that has turned by far more than a radian since it was remeshed is found again.
 #[test]
 fn a_half_turned_body_is_remeshed() {
     let turn = *nalgebra::Rotation3::new(Vec3::new(0.0, 0.0, 2.9)).matrix();

@@ -1,4 +1,4 @@
-//! Remeshed solids: what must not change when particles are laid anew, and what is refused.
+//! Remeshed solids: what must not change when particles are remeshed, and what is refused.
 
 use rsph_core::error::FailureKind;
 use rsph_core::material::KelvinVoigt;

@@ -16,8 +16,8 @@ use rsph_core::sample::Resolution;
 use rsph_core::setup::{Boundary, Fix};
 use rsph_core::shape::{Shape, SphereShape, cut};
 use rsph_core::solve::cg::Goal;
+use rsph_core::solve::linear::LinearSolver;
 use rsph_core::solve::rigid::loose_pieces;
-use rsph_core::solve::stiff::StiffSolver;
 use rsph_core::tensor::Vec3;
 use std::sync::Arc;
 
@@ -36,7 +36,7 @@ fn held_ball(smoothing: f64) -> TestBody {
 
 /// Iterations from zero to a relative residual of 1e-6, with the solution.
 fn iterations(elastic: &mut Elastic, scales: Scales, load: &[f64]) -> (usize, Vec<f64>) {
-    let mut solver = StiffSolver::new(elastic);
+    let mut solver = LinearSolver::new(elastic);
     let mut x = vec![0.0; load.len()];
     let goal = Goal { residual: 1e-6 * solver.norm(load), iterations: 200 };
     let outcome = solver.solve(elastic, scales, load, &mut x, goal, &mut |_, _| true);

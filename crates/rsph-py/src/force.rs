@@ -18,7 +18,7 @@ pub struct PythonForce {
     function: Py<PyAny>,
     on_surface: bool,
     /// The reference positions of the particles that what follows was made for.
-    laid: Option<Arc<Vec<f64>>>,
+    prepared: Option<Arc<Vec<f64>>>,
     surface: Option<(SurfaceQuadrature, Vec<SurfacePoint>)>,
     /// Columns that stay as they are: reference positions, and normals and areas, or masses and volumes.
     constant: Vec<(&'static str, Py<PyAny>)>,
@@ -28,14 +28,14 @@ pub struct PythonForce {
 
 impl PythonForce {
     pub fn new(function: Py<PyAny>, on_surface: bool) -> Self {
-        Self { function, on_surface, laid: None, surface: None, constant: Vec::new(), evaluated: None }
+        Self { function, on_surface, prepared: None, surface: None, constant: Vec::new(), evaluated: None }
     }
 
     pub fn clone_ref(&self, py: Python<'_>) -> Self {
         Self {
             function: self.function.clone_ref(py),
             on_surface: self.on_surface,
-            laid: self.laid.clone(),
+            prepared: self.prepared.clone(),
             surface: self.surface.clone(),
             constant: self.constant.iter().map(|(name, array)| (*name, array.clone_ref(py))).collect(),
             evaluated: self.evaluated,
@@ -48,9 +48,9 @@ impl PythonForce {
             return Ok(());
         }
         let reference = simulation.particles().column(Field::Reference).share();
-        if !self.laid.as_ref().is_some_and(|laid| Arc::ptr_eq(laid, &reference)) {
-            self.lay(py, simulation)?;
-            self.laid = Some(reference);
+        if !self.prepared.as_ref().is_some_and(|prepared| Arc::ptr_eq(prepared, &reference)) {
+            self.prepare(py, simulation)?;
+            self.prepared = Some(reference);
         }
         let columns = PyDict::new(py);
         for (name, array) in &self.constant {
@@ -79,7 +79,7 @@ impl PythonForce {
     }
 
     /// Finds the points for the present particles.
-    fn lay(&mut self, py: Python<'_>, simulation: &Simulation) -> PyResult<()> {
+    fn prepare(&mut self, py: Python<'_>, simulation: &Simulation) -> PyResult<()> {
         let read_only = |array: Bound<'_, PyAny>| -> PyResult<Py<PyAny>> {
             array.call_method1("setflags", (false,))?;
             Ok(array.unbind())

@@ -51,7 +51,7 @@ fn do_run(
 ) -> Result<Left, RunError> {
     let stop = Arc::clone(&reporter.stop);
     if let Some(folder) = output {
-        let begin = if force { Begin::Overwriting } else { Begin::Anew };
+        let begin = if force { Begin::Overwriting } else { Begin::Fresh };
         let outcome = run::run(scenario, folder, begin, reporter, &stop)?;
         return Ok(Left { summary: String::new(), columns: Vec::new(), last: Vec::new(), outcome });
     }

@@ -26,7 +26,7 @@ use std::sync::atomic::AtomicBool;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Begin {
     /// In a folder without results.
-    Anew,
+    Fresh,
     /// In place of the results that are there.
     Overwriting,
     /// Where the checkpoint of the folder stands.

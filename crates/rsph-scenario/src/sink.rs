@@ -60,7 +60,7 @@ pub struct Outcome {
     pub time: f64,
     /// Threads used.
     pub threads: usize,
-    /// What remeshing did; `None` if particles were never to be laid anew.
+    /// What remeshing did; `None` if remeshing is off.
     pub remesh: Option<RemeshLog>,
     /// How the last equilibrium was found; `None` if none was asked for.
     pub equilibrium: Option<Equilibrium>,

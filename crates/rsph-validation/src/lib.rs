@@ -142,7 +142,7 @@ pub const CASES: &[Case] = &[
     ),
     case(
         "remeshed",
-        "solids laid anew: finite elements, and the same runs without remeshing",
+        "solids remeshed: finite elements, and the same runs without remeshing",
         "issue 3",
         remeshed::run,
     ),

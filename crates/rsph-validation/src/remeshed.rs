@@ -1,4 +1,4 @@
-//! Solids laid anew on their lattice: the same displacement as without, and nothing lost.
+//! Solids remeshed on their lattice: the same displacement as without, and nothing lost.
 
 use super::Row;
 use super::case::{LIVER_LOAD, TENSILE_KIDNEY, TENSILE_LIVER, simulation};

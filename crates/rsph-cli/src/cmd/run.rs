@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
     let begin = match (arguments.resume, arguments.force) {
         (true, _) => Begin::Resumed,
         (false, true) => Begin::Overwriting,
-        (false, false) => Begin::Anew,
+        (false, false) => Begin::Fresh,
     };
     let interrupt = Interrupt::listen()?;
     let mut display = Display::new(arguments.quiet);

@@ -23,7 +23,7 @@ const SUPPORT: f64 = 5.0;
 /// Most folds of a body: one below and one above on every axis.
 const MAX_FOLDS: usize = 6;
 /// Links that one partial sum covers: fixed, so that sums do not depend on the thread count.
-const LINKS_A_SUM: usize = 512;
+const LINKS_PER_SUM: usize = 512;
 
 /// A held face with its mirror.
 #[derive(Clone, Copy, Debug)]
@@ -309,7 +309,7 @@ impl Folds {
             })
             .collect();
         links.sort_unstable_by_key(|l| (l.particle, l.mirrors));
-        self.partial = vec![Pull::default(); links.len().div_ceil(LINKS_A_SUM)];
+        self.partial = vec![Pull::default(); links.len().div_ceil(LINKS_PER_SUM)];
         self.links = links;
         self.places = Vec::new();
         for (number, fold) in self.faces.iter().enumerate() {
@@ -337,7 +337,7 @@ impl Folds {
     /// Sums a vector and energies of every link, by the fold that decides a component.
     fn sum(&mut self, of: impl Fn(&Link) -> (Vec3, Vec3) + Sync) -> Pull {
         let deciding = &self.deciding;
-        let partial = self.partial.par_iter_mut().zip(self.links.par_chunks(LINKS_A_SUM));
+        let partial = self.partial.par_iter_mut().zip(self.links.par_chunks(LINKS_PER_SUM));
         partial.for_each(|(partial, links)| {
             *partial = Pull::default();
             for link in links {

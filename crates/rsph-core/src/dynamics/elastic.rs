@@ -31,7 +31,7 @@ use std::sync::Arc;
 use stress::State;
 
 /// Particles that one partial sum covers: fixed, so that sums do not depend on the thread count.
-const PARTICLES_A_SUM: usize = 512;
+const PARTICLES_PER_SUM: usize = 512;
 
 /// A solid body on its lattice.
 #[derive(Clone, Debug)]
@@ -107,7 +107,7 @@ impl Elastic {
             lifted: Vec::new(),
             rate: Vec::new(),
             state: State::default(),
-            sums: vec![ForceSums::default(); n.div_ceil(PARTICLES_A_SUM)],
+            sums: vec![ForceSums::default(); n.div_ceil(PARTICLES_PER_SUM)],
         };
         Self {
             remesh_gradient: Vec::new(),
@@ -291,7 +291,7 @@ impl Elastic {
         self.adjoint_sweep();
         let (yx, yyz) = y.split_at_mut(n);
         let (yy, yz) = yyz.split_at_mut(n);
-        let chunk = PARTICLES_A_SUM;
+        let chunk = PARTICLES_PER_SUM;
         (yx.par_chunks_mut(chunk), yy.par_chunks_mut(chunk), yz.par_chunks_mut(chunk))
             .into_par_iter()
             .enumerate()
@@ -362,7 +362,7 @@ impl Dynamics for Elastic {
         let mut sums = std::mem::take(&mut self.work.sums);
         let (ax, ayz) = dv.values_mut().split_at_mut(n);
         let (ay, az) = ayz.split_at_mut(n);
-        let chunk = PARTICLES_A_SUM;
+        let chunk = PARTICLES_PER_SUM;
         (ax.par_chunks_mut(chunk), ay.par_chunks_mut(chunk), az.par_chunks_mut(chunk), &mut sums)
             .into_par_iter()
             .enumerate()
@@ -370,7 +370,7 @@ impl Dynamics for Elastic {
                 *sum = ForceSums::default();
                 let first = c * chunk;
                 self.internal_forces(first, [&mut *ax, &mut *ay, &mut *az]);
-                let mut load = [[0.0; PARTICLES_A_SUM]; 3];
+                let mut load = [[0.0; PARTICLES_PER_SUM]; 3];
                 let [lx, ly, lz] = load.each_mut().map(|l| &mut l[..ax.len()]);
                 NodalLoad::add(&self.loads, t, n, first, [lx, ly, lz]);
                 for (i, (a, load)) in [ax, ay, az].into_iter().zip(&load).enumerate() {

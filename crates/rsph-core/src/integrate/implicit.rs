@@ -6,12 +6,12 @@ use crate::dynamics::{Dynamics, ForceSums, Scales};
 use crate::error::{FailureKind, InvalidInput};
 use crate::particles::{Column, Field, Particles};
 use crate::solve::cg::Goal;
-use crate::solve::stiff::StiffSolver;
+use crate::solve::linear::LinearSolver;
 use crate::state::{State, Stateful};
 use rayon::prelude::*;
 
 /// Fewest values that a task works on.
-const VALUES_A_TASK: usize = 16384;
+const VALUES_PER_TASK: usize = 16384;
 /// gamma of SDIRK2: L-stable and of second order.
 const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 /// Residual of a stage, as a share of the largest load, over the tolerance of a step.
@@ -45,7 +45,7 @@ pub struct Implicit {
     scale: Option<f64>,
     /// Steps not longer than this are taken whatever their error.
     shortest: f64,
-    solver: Option<StiffSolver>,
+    solver: Option<LinearSolver>,
     start: [Vec<f64>; 2],
     first: [Vec<f64>; 2],
     rates: Vec<Column>,
@@ -70,9 +70,9 @@ impl Implicit {
         let n = particles.len();
         let zeros = || vec![0.0; 3 * n];
         let mut solver = dynamics.elastic().map(|elastic| {
-            let solver = StiffSolver::new(elastic);
+            let solver = LinearSolver::new(elastic);
             // What is remembered is of one matrix.
-            if elastic.is_linear() { solver.recalling() } else { solver }
+            if elastic.is_linear() { solver.with_history() } else { solver }
         });
         let mut scale = 0.0;
         if let (Some(elastic), Some(solver), Some(_)) = (dynamics.elastic(), &mut solver, adaptive) {
@@ -281,7 +281,7 @@ fn residual(mass: &[f64], rate: &[f64], acceleration: &[f64], force: &mut [f64])
             .zip(rate)
             .zip(a)
             .zip(mass)
-            .with_min_len(VALUES_A_TASK)
+            .with_min_len(VALUES_PER_TASK)
             .for_each(|(((f, rate), a), m)| *f = m * (rate - a));
     }
 }

@@ -8,7 +8,7 @@ use pulp::{Arch, Simd, WithSimd};
 use std::ops::Range;
 
 /// Pieces of a body that every thread gets.
-const PIECES_A_THREAD: usize = 2;
+const PIECES_PER_THREAD: usize = 2;
 /// Least planes of a piece, in reaches: where a column is cut, both pieces work on the planes that a reach covers.
 const PIECE_REACHES: usize = 4;
 
@@ -103,7 +103,7 @@ pub fn for_each_block(
     }
     let pieces = match rayon::current_num_threads() {
         1 => 1,
-        threads => PIECES_A_THREAD * threads,
+        threads => PIECES_PER_THREAD * threads,
     };
     let reach = reach(cut).max(1);
     let planes = 0..tiles.columns * tiles.planes;

@@ -19,7 +19,7 @@ pub enum NewVolume {
     Conserved,
 }
 
-/// Lays particles anew on a lattice.
+/// Remeshing on a lattice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Remesher<const D: usize> {
     /// Interpolation kernel.

@@ -1,4 +1,4 @@
-//! The lattice that particles are laid on, and values at its nodes: rows along x, kept only where
+//! The lattice of remeshing, and values at its nodes: rows along x, kept only where
 //! something is.
 
 use super::RemeshError;

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 /// Values are summed in groups of this many: rows of them fit into vector registers.
 const LANES: usize = 4;
 /// Rows that one task works on.
-const ROWS_A_TASK: usize = 16;
+const ROWS_PER_TASK: usize = 16;
 
 /// A particle where its row of cells finds it.
 #[derive(Clone, Copy)]
@@ -48,7 +48,7 @@ pub fn scatter<const D: usize>(
     let sources = rows_of(&placed)?;
     let targets = target_rows::<D>(&sources, reach);
     let summed = targets
-        .par_chunks(ROWS_A_TASK)
+        .par_chunks(ROWS_PER_TASK)
         .map(|rows| {
             let (mut out, mut values, mut sums) = (Vec::with_capacity(rows.len()), Vec::new(), Vec::new());
             for &(z, y) in rows {

@@ -10,8 +10,8 @@ use crate::shape::Shape;
 pub(super) const MAX_CELLS: f64 = 50e6;
 
 /// Memory of a simulation a cell of the lattice and a particle (bytes), for messages.
-const BYTES_A_CELL: f64 = 150.0;
-const BYTES_A_PARTICLE: f64 = 1000.0;
+const BYTES_PER_CELL: f64 = 150.0;
+const BYTES_PER_PARTICLE: f64 = 1000.0;
 
 /// Cells added on each side when the surface is taken.
 pub(super) const MARGIN: usize = 2;
@@ -41,7 +41,7 @@ pub(super) fn with_spacing(
     let cells = cells_around(shape, spacing);
     if cells > MAX_CELLS {
         let particles = shape.volume() / spacing.powi(shape.dimension() as i32);
-        let bytes = BYTES_A_CELL * cells + BYTES_A_PARTICLE * particles;
+        let bytes = BYTES_PER_CELL * cells + BYTES_PER_PARTICLE * particles;
         return refuse(
             format!(
                 "the lattice would have {cells:.3e} cells, more than the {MAX_CELLS:.0e} that fit, and take \

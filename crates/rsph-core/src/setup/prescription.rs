@@ -28,7 +28,7 @@ pub struct Prescription {
     pub iso: f64,
 }
 
-/// When particles are laid anew.
+/// When particles are remeshed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum RemeshTrigger {
     /// Never.
@@ -43,7 +43,7 @@ pub enum RemeshTrigger {
     Strain,
 }
 
-/// Strain after which particles are laid anew by [`RemeshTrigger::Strain`].
+/// Strain after which particles are remeshed by [`RemeshTrigger::Strain`].
 pub const STRAIN: f64 = 0.25;
 
 /// Remeshing.

@@ -5,7 +5,7 @@ mod bar;
 mod parts;
 
 use super::model::{Model, Moment};
-use super::remeshing::Relaid;
+use super::remeshing::RemeshOutcome;
 use crate::dynamics::Dynamics;
 use crate::dynamics::fsi_1d::FluidStructure;
 use crate::error::{Failure, FailureKind, InvalidInput};
@@ -57,7 +57,7 @@ impl Model for FluidBesideSolid {
         let crossing = self.dynamics.crossing(particles)?;
         let fluid = crossing.particle < self.dynamics.interface();
         let remedy = if fluid {
-            "lay the fluid's particles anew: `remesh.every = \"auto\"`, or more often than now; if that is \
+            "remesh the fluid: `remesh.every = \"auto\"`, or more often than now; if that is \
              done already, take a smaller `time.dt`"
         } else {
             "the solid is compressed to nothing: raise `dynamics.solid.elasticity` or lower the velocity"
@@ -80,7 +80,7 @@ impl Model for FluidBesideSolid {
         })
     }
 
-    fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<Relaid, Failure> {
+    fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<RemeshOutcome, Failure> {
         let mut new = particles.clone();
         self.dynamics.remesh(self.kernel, &mut new).map_err(|error| Failure {
             kind: FailureKind::Scattered,
@@ -88,10 +88,10 @@ impl Model for FluidBesideSolid {
             step: moment.step,
             what: error.to_string(),
             place: None,
-            remedy: "take a smaller `time.dt`, or lay the particles anew more often".into(),
+            remedy: "take a smaller `time.dt`, or remesh more often".into(),
         })?;
         self.strain = 0.0;
-        Ok(Relaid {
+        Ok(RemeshOutcome {
             particles: new,
             folded_mass: 0.0,
             dropped_mass: 0.0,

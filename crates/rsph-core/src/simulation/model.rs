@@ -1,7 +1,7 @@
 //! The seam between a simulation and the kind of body that it moves.
 
 use super::Description;
-use super::remeshing::Relaid;
+use super::remeshing::RemeshOutcome;
 use crate::boundary::surface_quadrature::SurfaceQuadrature;
 use crate::dynamics::Dynamics;
 use crate::error::{Failure, InvalidInput};
@@ -13,7 +13,7 @@ use crate::state::State;
 use crate::surface::Surface;
 use dyn_clone::DynClone;
 
-/// What a kind of body brings: its dynamics, how it is laid anew, and what it shows. The particles,
+/// What a kind of body brings: its dynamics, how it is remeshed, and what it shows. The particles,
 /// their integration in time, the watchdog and the balances are the simulation's.
 pub(super) trait Model: DynClone + std::fmt::Debug + Send + Sync {
     /// What moves the particles.
@@ -36,8 +36,8 @@ pub(super) trait Model: DynClone + std::fmt::Debug + Send + Sync {
     /// as it was.
     ///
     /// # Errors
-    /// Particles that can not be laid anew.
-    fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<Relaid, Failure>;
+    /// Particles that can not be remeshed.
+    fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<RemeshOutcome, Failure>;
 
     /// Replaces all loads at that time.
     ///

@@ -5,7 +5,7 @@ mod checks;
 
 use super::Description;
 use super::model::{Model, Moment, Parts};
-use super::remeshing::Relaid;
+use super::remeshing::RemeshOutcome;
 use super::time_step::only_rk4;
 use crate::dynamics::Dynamics;
 use crate::dynamics::prescribed::Prescribed;
@@ -134,7 +134,7 @@ impl Model for PrescribedBody {
         self.strain
     }
 
-    fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<Relaid, Failure> {
+    fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<RemeshOutcome, Failure> {
         let x = positions(particles);
         let keep = |_: &Vec3, values: &[f64]| values[0].abs() >= SMALLEST_COLOUR;
         let fields = [Field::Colour, Field::Mass];
@@ -145,7 +145,7 @@ impl Model for PrescribedBody {
         particles.set(Field::Displacement, Column::zeros(3, n));
         self.strain = 0.0;
         let (folded_mass, dropped_mass) = (new.report.folded_mass, new.report.dropped_mass);
-        Ok(Relaid {
+        Ok(RemeshOutcome {
             particles,
             folded_mass,
             dropped_mass,

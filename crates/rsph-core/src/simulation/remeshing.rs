@@ -59,9 +59,9 @@ impl Sums {
     }
 }
 
-/// Particles laid anew, and what that did.
+/// Remeshed particles, and what that did.
 #[derive(Clone, Debug)]
-pub(super) struct Relaid {
+pub(super) struct RemeshOutcome {
     pub particles: Particles,
     /// Sum of |mass| that landed where no particle is kept and went to the nearest one.
     pub folded_mass: f64,
@@ -75,7 +75,7 @@ pub(super) struct Relaid {
     pub limit: Option<StepLimit>,
 }
 
-/// When a simulation lays its particles anew, and what that has done.
+/// When a simulation remeshes, and what that has done.
 #[derive(Clone, Debug)]
 pub(super) struct Remeshing {
     trigger: RemeshTrigger,
@@ -104,20 +104,20 @@ impl Remeshing {
     }
 
     /// Notes a remeshing between those sums, and starts to count anew.
-    pub fn done(&mut self, relaid: &Relaid, before: Sums, after: Sums, dt: f64) {
+    pub fn done(&mut self, outcome: &RemeshOutcome, before: Sums, after: Sums, dt: f64) {
         let log = &mut self.log;
         if log.count == 0 {
-            (log.sums[0], log.smallest_dt) = (before, if relaid.limit.is_some() { dt } else { 0.0 });
+            (log.sums[0], log.smallest_dt) = (before, if outcome.limit.is_some() { dt } else { 0.0 });
         }
         log.count += 1;
         log.sums[1] = after;
         log.largest_mass_jump = log.largest_mass_jump.max((after.mass / before.mass - 1.0).abs());
         log.largest_momentum_jump = log.largest_momentum_jump.max((after.momentum - before.momentum).norm());
-        log.largest_momentum_correction = log.largest_momentum_correction.max(relaid.momentum_correction);
+        log.largest_momentum_correction = log.largest_momentum_correction.max(outcome.momentum_correction);
         log.energy_change += after.energy - before.energy;
-        log.folded_mass += relaid.folded_mass;
-        log.dropped_mass += relaid.dropped_mass;
-        log.largest_rescaling = log.largest_rescaling.max(relaid.rescaling.abs());
+        log.folded_mass += outcome.folded_mass;
+        log.dropped_mass += outcome.dropped_mass;
+        log.largest_rescaling = log.largest_rescaling.max(outcome.rescaling.abs());
         log.smallest_dt = log.smallest_dt.min(dt);
         (self.steps, self.elapsed) = (0, 0.0);
     }

@@ -1,10 +1,10 @@
-//! A solid: from a set-up to its dynamics, laid anew where it has moved to.
+//! A solid: from a set-up to its dynamics, remeshed where it has moved to.
 
 mod assemble;
 mod held;
-mod lay;
 mod level_set;
 mod plane;
+mod remesh;
 mod state;
 mod surface_reading;
 
@@ -12,7 +12,7 @@ use super::Description;
 use super::balance::{momentum, total_mass};
 use super::checks;
 use super::model::{Model, Moment, Parts};
-use super::remeshing::Relaid;
+use super::remeshing::RemeshOutcome;
 use super::time_step::choose_pace;
 use crate::boundary::constraints::Constraints;
 use crate::boundary::fold::Folds;
@@ -35,9 +35,9 @@ use crate::stability::step_limit;
 use crate::state::State;
 use crate::surface::Surface;
 use crate::tensor::{Mat3, Vec3};
-use assemble::Laid;
+use assemble::LatticeParticles;
 use held::{Held, with_cut_shape};
-use lay::{LayError, Undeformed};
+use remesh::{SolidRemeshError, Undeformed};
 use std::sync::Arc;
 use surface_reading::{Loading, SurfaceReading};
 
@@ -53,12 +53,12 @@ pub(super) struct Solid {
     /// of a body in the plane.
     kept_surface: Option<Arc<TriangleMesh>>,
     undeformed: Undeformed,
-    laid: Laid,
+    lattice_particles: LatticeParticles,
     matter: Matter,
     /// Gradient of the displacement (or the strain) at the last remesh, where a strain since then decides.
-    laid_at: Vec<Mat3>,
+    gradient_at_remesh: Vec<Mat3>,
     /// Time of the last remesh and the displacement that it left, if there was one.
-    laid_with: Option<(f64, Column)>,
+    last_remesh: Option<(f64, Column)>,
     /// Where loads act, once they have been replaced.
     quadrature: Option<SurfaceQuadrature>,
     probes: Vec<TaggedProbe>,
@@ -148,8 +148,8 @@ impl Solid {
         };
         let mut body = sample(shape, setup.resolution, &alignment)?;
         let dx = body.grid.spacing;
-        let anew = setup.remesh.trigger != RemeshTrigger::Never;
-        let (undeformed, laid) = Undeformed::new(shape, &body, anew);
+        let is_remeshed = setup.remesh.trigger != RemeshTrigger::Never;
+        let (undeformed, lattice_particles) = Undeformed::new(shape, &body, is_remeshed);
         let notes = left_out(&body, shape);
         let kept_surface = match shape.dimension() {
             2 => Some(Arc::new(rim(shape.surface(), dx))),
@@ -157,29 +157,30 @@ impl Solid {
         };
         let Body { level_set, surface: zero_surface, cells, fraction, volume, .. } = body;
         drop((cells, fraction, volume));
-        let n = laid.len();
+        let n = lattice_particles.len();
 
-        let positions = laid.positions();
+        let positions = lattice_particles.positions();
         let surface = kept_surface.as_deref().unwrap_or_else(|| shape.surface());
         let held = if is_paper {
             Held::Layers(tag::holds(&setup.boundaries, &positions, dx, &solver)?)
         } else {
             Held::Surface(Constraints::new(&setup.boundaries, surface, &positions, dx)?)
         };
-        let mut elastic = laid.elastic(setup, &undeformed.lattice, &held, surface, false)?;
-        let quadrature = laid.quadrature(setup, surface, dx, &held, &elastic.lift.folds);
+        let mut elastic = lattice_particles.elastic(setup, &undeformed.lattice, &held, surface, false)?;
+        let quadrature = lattice_particles.quadrature(setup, surface, dx, &held, &elastic.lift.folds);
         if !is_paper {
-            elastic = elastic.with_surface(&quadrature, held.holds(), &laid.cut, &positions);
+            elastic = elastic.with_surface(&quadrature, held.holds(), &lattice_particles.cut, &positions);
         }
-        elastic.loads = laid.loads(setup, &elastic, (surface, &quadrature), &held)?;
+        elastic.loads = lattice_particles.loads(setup, &elastic, (surface, &quadrature), &held)?;
         let mut reading = (!is_paper)
             .then(|| SurfaceReading::new(shape, &held, &quadrature.points(), &zero_surface.vertices, dx));
         drop(quadrature);
-        let cloud = Cloud::new(&positions, &laid.volume, dx).in_dimension(shape.dimension());
+        let cloud = Cloud::new(&positions, &lattice_particles.volume, dx).in_dimension(shape.dimension());
         let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
         let probe = |(i, p)| {
-            let probe = TaggedProbe::new(i, p, (shape, surface), &positions, &laid.volume, dx, weights)?;
-            Ok(if anew { probe } else { probe.settled() })
+            let probe =
+                TaggedProbe::new(i, p, (shape, surface), &positions, &lattice_particles.volume, dx, weights)?;
+            Ok(if is_remeshed { probe } else { probe.settled() })
         };
         let probes = setup.probes.iter().enumerate().map(probe).collect::<Result<Vec<_>, _>>()?;
         let fits = SurfaceFits::new(&cloud, &zero_surface.vertices, reading.as_ref(), Arc::default());
@@ -216,19 +217,19 @@ impl Solid {
             fastest_decay: setup.material.relaxation_time() * limit.kappa,
             dt_limit: limit.dt,
             limited_by_viscosity: limit.viscous,
-            volume: laid.volume.iter().sum(),
+            volume: lattice_particles.volume.iter().sum(),
             shape_volume: shape.volume(),
             load: elastic.loads.iter().map(NodalLoad::total).sum(),
             notes: notes.into_iter().chain(pace.notes).collect(),
         };
 
         let mut particles = Particles::new(n);
-        particles.set(Field::Reference, laid.reference.clone());
+        particles.set(Field::Reference, lattice_particles.reference.clone());
         let at = |f: &VectorField| Column::from_vectors(&f.at_all(&positions));
         particles.set(Field::Displacement, at(&setup.initial.displacement));
         particles.set(Field::Velocity, at(&setup.initial.velocity));
         particles.set(Field::Mass, Column::shared(Arc::clone(&elastic.mass), n));
-        particles.set(Field::Volume, Column::shared(Arc::clone(&laid.volume), n));
+        particles.set(Field::Volume, Column::shared(Arc::clone(&lattice_particles.volume), n));
         particles.set(Field::LevelSet, Column::from_vec(level_set, n));
         if is_paper {
             let strain = elastic.strain(0.0, particles.column(Field::Displacement).values());
@@ -244,9 +245,9 @@ impl Solid {
             held,
             kept_surface,
             undeformed,
-            laid_at: matter.gradient_for(setup, &particles, 0.0),
-            laid_with: None,
-            laid: if anew { laid } else { laid.for_good() },
+            gradient_at_remesh: matter.gradient_for(setup, &particles, 0.0),
+            last_remesh: None,
+            lattice_particles: if is_remeshed { lattice_particles } else { lattice_particles.for_good() },
             matter,
             quadrature: None,
             probes,
@@ -275,7 +276,7 @@ impl Solid {
 
     /// The particles at their reference `positions`.
     fn cloud<'a>(&'a self, positions: &'a [Vec3]) -> Cloud<'a> {
-        self.cloud_of(positions, &self.laid.volume)
+        self.cloud_of(positions, &self.lattice_particles.volume)
     }
 
     /// Particles with these volumes at their reference `positions`.
@@ -283,41 +284,49 @@ impl Solid {
         Cloud::new(positions, volume, self.spacing).in_dimension(self.setup.shape.dimension())
     }
 
-    /// Particles laid anew with the dynamics of them.
-    fn lay(&self, particles: &Particles, time: f64) -> Result<(Relaid, Laid, Elastic), LayError> {
+    /// Remeshed particles with their dynamics.
+    fn remeshed(
+        &self,
+        particles: &Particles,
+        time: f64,
+    ) -> Result<(RemeshOutcome, LatticeParticles, Elastic), SolidRemeshError> {
         let setup = &self.setup;
-        let anew = self.undeformed.lay(
+        let remeshed = self.undeformed.remesh(
             setup,
             &self.held,
-            (&self.laid.nodes(), particles),
+            (&self.lattice_particles.nodes(), particles),
             self.dynamics().integrated(),
             time,
             self.boundary_surface(),
         )?;
-        let (laid, mut elastic, mut new) = (anew.laid, anew.elastic, anew.particles);
-        let surface = (self.boundary_surface(), &anew.quadrature);
-        elastic.loads = laid.loads(setup, &elastic, surface, &self.held)?;
+        let (lattice_particles, mut elastic, mut new) =
+            (remeshed.lattice_particles, remeshed.elastic, remeshed.particles);
+        let surface = (self.boundary_surface(), &remeshed.quadrature);
+        elastic.loads = lattice_particles.loads(setup, &elastic, surface, &self.held)?;
         let (shape, restore) = (&*setup.shape, setup.remesh.restore_level_set);
         let level_set = if restore {
-            let (nodes, undeformed) = &anew.around;
+            let (nodes, undeformed) = &remeshed.around;
             let phi = level_set::carried(shape, undeformed);
-            level_set::restored(&self.undeformed.lattice, nodes, &phi, &laid.nodes())
+            level_set::restored(&self.undeformed.lattice, nodes, &phi, &lattice_particles.nodes())
         } else {
-            level_set::carried(shape, &laid.positions())
+            level_set::carried(shape, &lattice_particles.positions())
         };
-        new.set(Field::LevelSet, Column::from_vec(level_set, laid.len()));
+        new.set(Field::LevelSet, Column::from_vec(level_set, lattice_particles.len()));
         let u = new.column(Field::Displacement).values();
         elastic.linearise(time, u);
         if !elastic.is_linear()
             && let Some((a, _)) = elastic.smallest_jacobian(time, u).filter(|(_, j)| *j <= 0.0)
         {
-            return Err(LayError::Inverted(laid.reference.vector(a)));
+            return Err(SolidRemeshError::Inverted(lattice_particles.reference.vector(a)));
         }
         // The interpolation leaves a little momentum behind, or makes some.
         let lost = momentum(particles) - momentum(&new);
         let missing = lost / total_mass(&new);
-        for (values, missing) in
-            new.column_mut(Field::Velocity).values_mut().chunks_mut(laid.len()).zip(missing.iter())
+        for (values, missing) in new
+            .column_mut(Field::Velocity)
+            .values_mut()
+            .chunks_mut(lattice_particles.len())
+            .zip(missing.iter())
         {
             for v in values {
                 *v += missing;
@@ -326,15 +335,15 @@ impl Solid {
         if elastic.lift.is_empty() && elastic.fixed.is_free(setup.shape.dimension()) {
             restore_spin(spin(particles).2, &mut new);
         }
-        let relaid = Relaid {
+        let outcome = RemeshOutcome {
             particles: new,
-            folded_mass: anew.folded_mass,
+            folded_mass: remeshed.folded_mass,
             dropped_mass: 0.0,
             momentum_correction: lost.norm(),
-            rescaling: anew.rescaling,
+            rescaling: remeshed.rescaling,
             limit: Some(step_limit(&mut elastic)),
         };
-        Ok((relaid, laid, elastic))
+        Ok((outcome, lattice_particles, elastic))
     }
 }
 
@@ -358,7 +367,7 @@ impl Model for Solid {
         let turns = matches!(&self.matter, Matter::Adjoint(elastic) if !elastic.is_linear());
         let change =
             |(now, then): (&Mat3, &Mat3)| if turns { stretch(now, then) } else { (now - then).norm() };
-        now.iter().zip(&self.laid_at).map(change).fold(0.0, f64::max)
+        now.iter().zip(&self.gradient_at_remesh).map(change).fold(0.0, f64::max)
     }
 
     fn disorder(&self, particles: &Particles, moment: Moment) -> Option<Failure> {
@@ -367,14 +376,15 @@ impl Model for Solid {
         Some(checks::inverted(particles.column(Field::Reference).vector(particle), moment))
     }
 
-    fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<Relaid, Failure> {
-        let (relaid, laid, elastic) = self.lay(particles, moment.time).map_err(|e| failure(&e, moment))?;
+    fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<RemeshOutcome, Failure> {
+        let (outcome, lattice_particles, elastic) =
+            self.remeshed(particles, moment.time).map_err(|e| failure(&e, moment))?;
         self.matter = Matter::new(&self.setup, elastic);
-        self.laid = laid;
+        self.lattice_particles = lattice_particles;
         self.quadrature = None;
-        self.laid_with = Some((moment.time, relaid.particles.column(Field::Displacement).clone()));
-        self.laid_at = self.matter.gradient_for(&self.setup, &relaid.particles, moment.time);
-        Ok(relaid)
+        self.last_remesh = Some((moment.time, outcome.particles.column(Field::Displacement).clone()));
+        self.gradient_at_remesh = self.matter.gradient_for(&self.setup, &outcome.particles, moment.time);
+        Ok(outcome)
     }
 
     fn set_loads(&mut self, loads: &[Load], time: f64) -> Result<(), InvalidInput> {
@@ -389,9 +399,15 @@ impl Model for Solid {
         let mut before = std::mem::replace(&mut self.setup.loads, loads.to_vec());
         let surface = self.kept_surface.as_deref().unwrap_or_else(|| self.setup.shape.surface());
         let quadrature = self.quadrature.get_or_insert_with(|| {
-            self.laid.quadrature(&self.setup, surface, self.spacing, &self.held, &elastic.lift.folds)
+            self.lattice_particles.quadrature(
+                &self.setup,
+                surface,
+                self.spacing,
+                &self.held,
+                &elastic.lift.folds,
+            )
         });
-        match self.laid.loads(&self.setup, elastic, (surface, quadrature), &self.held) {
+        match self.lattice_particles.loads(&self.setup, elastic, (surface, quadrature), &self.held) {
             Ok(new) => {
                 elastic.loads = new;
                 if let Some(reading) = &mut self.reading {
@@ -427,12 +443,18 @@ impl Model for Solid {
     fn surface_quadrature(&self) -> Option<SurfaceQuadrature> {
         let none = Folds::default();
         let folds = if let Matter::Adjoint(elastic) = &self.matter { &elastic.lift.folds } else { &none };
-        Some(self.laid.quadrature(&self.setup, self.boundary_surface(), self.spacing, &self.held, folds))
+        Some(self.lattice_particles.quadrature(
+            &self.setup,
+            self.boundary_surface(),
+            self.spacing,
+            &self.held,
+            folds,
+        ))
     }
 
     fn add_probe(&mut self, probe: &Probe) -> Result<(), InvalidInput> {
         let (index, dx) = (self.setup.probes.len(), self.spacing);
-        let (positions, volume) = (self.laid.positions(), &self.laid.volume);
+        let (positions, volume) = (self.lattice_particles.positions(), &self.lattice_particles.volume);
         let cloud = self.cloud(&positions);
         let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
         self.probes.push(TaggedProbe::new(
@@ -481,10 +503,11 @@ impl Model for Solid {
     fn readings(&mut self, particles: &Particles, time: f64) -> Vec<Reading> {
         let reference = particles.column(Field::Reference).share();
         if !Arc::ptr_eq(&self.probed, &reference) {
-            let positions = self.laid.positions();
+            let positions = self.lattice_particles.positions();
             let dimension = self.setup.shape.dimension();
-            let cloud =
-                Cloud::new(&positions, &self.laid.volume, self.spacing).in_dimension(dimension).sharp();
+            let cloud = Cloud::new(&positions, &self.lattice_particles.volume, self.spacing)
+                .in_dimension(dimension)
+                .sharp();
             for probe in &mut self.probes {
                 probe.find(particles.len(), |points| PointWeights::new(&cloud, points));
             }
@@ -554,7 +577,7 @@ fn restore_spin(wanted: Vec3, particles: &mut Particles) {
 }
 
 /// A remeshing that failed, as the end of a simulation.
-fn failure(error: &LayError, moment: Moment) -> Failure {
+fn failure(error: &SolidRemeshError, moment: Moment) -> Failure {
     let (kind, place) = error.class();
     Failure {
         kind,

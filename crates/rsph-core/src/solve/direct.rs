@@ -10,7 +10,7 @@ use rayon::prelude::*;
 const SHIFT: f64 = 1e-6;
 
 /// Rows that one task multiplies.
-const ROWS_A_TASK: usize = 64;
+const ROWS_PER_TASK: usize = 64;
 
 /// The inverse of a small matrix.
 #[derive(Clone, Debug)]
@@ -42,8 +42,8 @@ impl Direct {
     /// x = A^-1 b
     pub fn solve(&self, b: &[f32], x: &mut [f32]) {
         let arch = Arch::new();
-        x.par_chunks_mut(ROWS_A_TASK)
-            .zip(self.inverse.par_chunks(ROWS_A_TASK * self.size))
+        x.par_chunks_mut(ROWS_PER_TASK)
+            .zip(self.inverse.par_chunks(ROWS_PER_TASK * self.size))
             .for_each(|(x, rows)| arch.dispatch(Dots { rows, b, x }));
     }
 }

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// Nodes that one task works on.
-const NODES_A_TASK: usize = 256;
+const NODES_PER_TASK: usize = 256;
 
 /// From the nodes of a level to those of the next coarser one.
 #[derive(Clone, Debug)]
@@ -20,19 +20,21 @@ pub struct Coarsening {
 impl Coarsening {
     /// P^T of a field on the finer nodes.
     pub fn restrict(&self, fine: &[f32], coarse: &mut [f32]) {
-        coarse.par_chunks_mut(3).with_min_len(NODES_A_TASK).zip(&self.children).for_each(|(b, children)| {
-            b.fill(0.0);
-            for (s, &child) in children.iter().enumerate().filter(|(_, c)| **c != NO_NODE) {
-                for i in 0..3 {
-                    b[i] += WEIGHTS[s] * fine[3 * child as usize + i];
+        coarse.par_chunks_mut(3).with_min_len(NODES_PER_TASK).zip(&self.children).for_each(
+            |(b, children)| {
+                b.fill(0.0);
+                for (s, &child) in children.iter().enumerate().filter(|(_, c)| **c != NO_NODE) {
+                    for i in 0..3 {
+                        b[i] += WEIGHTS[s] * fine[3 * child as usize + i];
+                    }
                 }
-            }
-        });
+            },
+        );
     }
 
     /// fine += P coarse in components for which `free` holds.
     pub fn prolong(&self, coarse: &[f32], fine: &mut [f32], free: impl Fn(usize) -> [bool; 3] + Sync) {
-        fine.par_chunks_mut(3).zip(&self.parents).with_min_len(NODES_A_TASK).enumerate().for_each(
+        fine.par_chunks_mut(3).zip(&self.parents).with_min_len(NODES_PER_TASK).enumerate().for_each(
             |(node, (x, parents))| {
                 let there = parents.iter().filter(|p| **p != NO_NODE);
                 let share = 1.0 / there.clone().count() as f32;

@@ -5,7 +5,7 @@ use crate::tensor::Mat3;
 use rayon::prelude::*;
 
 /// Particles that one task works on.
-const PARTICLES_A_TASK: usize = 1024;
+const PARTICLES_PER_TASK: usize = 1024;
 /// Place of (i, j) among the six of a symmetric matrix.
 const SYM: [[usize; 3]; 3] = [[0, 3, 5], [3, 1, 4], [5, 4, 2]];
 
@@ -48,7 +48,7 @@ impl Jacobi {
 
     /// d = keep d + length D^-1 (r - y), then z += d; without y it starts from z = 0 and d = 0.
     pub fn step(&mut self, keep: f64, length: f64, r: &[f64], y: Option<&[f64]>, z: &mut [f64]) {
-        let (n, chunk) = (self.inverse.len(), PARTICLES_A_TASK);
+        let (n, chunk) = (self.inverse.len(), PARTICLES_PER_TASK);
         let (zx, zyz) = z.split_at_mut(n);
         let (zy, zz) = zyz.split_at_mut(n);
         let (dx, dyz) = self.direction.split_at_mut(n);

@@ -10,7 +10,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 /// Nodes that one task works on.
-const NODES_A_TASK: usize = 128;
+const NODES_PER_TASK: usize = 128;
 /// Values of a row of blocks: 27 neighbours of three components, filled up to whole vectors.
 const ROW: usize = 96;
 /// The smoother damps the part of the spectrum above the largest eigenvalue divided by this.
@@ -191,7 +191,7 @@ impl Level {
         let arch = Arch::new();
         let Self { neighbours, rows, mass, inverse, scales, x, b, r, .. } = self;
         let (m, c) = (scales.0 as f32, scales.1 as f32);
-        let n = NODES_A_TASK;
+        let n = NODES_PER_TASK;
         (r.par_chunks_mut(3 * n), rows.par_chunks(n), neighbours.par_chunks(n))
             .into_par_iter()
             .enumerate()
@@ -218,7 +218,7 @@ impl Level {
             &*inverse,
         )
             .into_par_iter()
-            .with_min_len(8 * NODES_A_TASK)
+            .with_min_len(8 * NODES_PER_TASK)
             .for_each(|(x, d, r, inverse)| {
                 for i in 0..3 {
                     let z = inverse[3 * i] * r[0] + inverse[3 * i + 1] * r[1] + inverse[3 * i + 2] * r[2];

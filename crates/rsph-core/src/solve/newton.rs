@@ -2,7 +2,7 @@
 //! body. Steps go as far as the potential falls, or are whole ones; where neither lead to equilibrium loads are raised in steps.
 
 use super::cg::{Goal, Outcome};
-use super::stiff::StiffSolver;
+use super::linear::LinearSolver;
 use super::sums::combine;
 use crate::dynamics::Scales;
 use crate::dynamics::elastic::Elastic;
@@ -33,7 +33,7 @@ pub struct Newton<'a> {
     /// The body.
     pub elastic: &'a mut Elastic,
     /// Its linear solver.
-    pub solver: StiffSolver,
+    pub solver: LinearSolver,
     /// When: what moved faces go by.
     pub t: f64,
     /// Loads of that time, component by component, zero where the body is held.
@@ -69,7 +69,7 @@ impl<'a> Newton<'a> {
         let mut load = elastic.load_at(t);
         elastic.fixed.zero(&mut load, n);
         let zeros = || vec![0.0; 3 * n];
-        let solver = StiffSolver::new(elastic);
+        let solver = LinearSolver::new(elastic);
         let mut newton = Self {
             elastic,
             solver,

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 /// Values of one partial sum.
 pub const CHUNK: usize = 4096;
 /// Fewest chunks of a task: a smaller one costs less than to hand it over.
-const CHUNKS_A_TASK: usize = 4;
+const CHUNKS_PER_TASK: usize = 4;
 
 /// Partial sums, allocated once.
 #[derive(Clone, Debug)]
@@ -24,7 +24,7 @@ impl Sums {
     pub fn dot(&mut self, x: &[f64], y: &[f64]) -> f64 {
         (&mut self.partial, x.par_chunks(CHUNK), y.par_chunks(CHUNK))
             .into_par_iter()
-            .with_min_len(CHUNKS_A_TASK)
+            .with_min_len(CHUNKS_PER_TASK)
             .for_each(|(sum, x, y)| *sum = plain_dot(x, y));
         self.partial.iter().sum()
     }
@@ -39,7 +39,7 @@ impl Sums {
         let n = CHUNK;
         (&mut self.partial, x.par_chunks_mut(n), p.par_chunks(n), r.par_chunks_mut(n), q.par_chunks(n))
             .into_par_iter()
-            .with_min_len(CHUNKS_A_TASK)
+            .with_min_len(CHUNKS_PER_TASK)
             .for_each(|(sum, x, p, r, q)| {
                 for (((x, p), r), q) in x.iter_mut().zip(p).zip(r.iter_mut()).zip(q) {
                     *x += alpha * p;
@@ -53,7 +53,7 @@ impl Sums {
 
 /// y = a x + b y
 pub fn combine(a: f64, x: &[f64], b: f64, y: &mut [f64]) {
-    y.par_chunks_mut(CHUNK).zip(x.par_chunks(CHUNK)).with_min_len(CHUNKS_A_TASK).for_each(|(y, x)| {
+    y.par_chunks_mut(CHUNK).zip(x.par_chunks(CHUNK)).with_min_len(CHUNKS_PER_TASK).for_each(|(y, x)| {
         for (y, x) in y.iter_mut().zip(x) {
             *y = a * x + b * *y;
         }

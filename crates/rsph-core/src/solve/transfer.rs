@@ -10,9 +10,9 @@ use rayon::prelude::*;
 
 /// Cells along the edge of a block.
 pub const BLOCK: usize = 2;
-const NODES_A_TASK: usize = 128;
-const BLOCKS_A_TASK: usize = 128;
-const PARTICLES_A_TASK: usize = 1024;
+const NODES_PER_TASK: usize = 128;
+const BLOCKS_PER_TASK: usize = 128;
+const PARTICLES_PER_TASK: usize = 1024;
 
 /// The blocks of a body and what they connect.
 #[derive(Clone, Debug)]
@@ -114,7 +114,7 @@ impl Transfer {
     pub fn restrict(&mut self, scale: f64, b: &[f64], y: &[f64], nodes: &mut [f32]) {
         let n = self.block_and_place.len();
         let Self { of_block, particles_of, blocks_of, .. } = self;
-        of_block.par_iter_mut().zip(&*particles_of).with_min_len(BLOCKS_A_TASK).for_each(
+        of_block.par_iter_mut().zip(&*particles_of).with_min_len(BLOCKS_PER_TASK).for_each(
             |(corners, particles)| {
                 corners.fill(0.0);
                 for (place, &a) in particles.iter().enumerate().filter(|(_, a)| **a != NO_PARTICLE) {
@@ -127,7 +127,7 @@ impl Transfer {
             },
         );
         let none = of_block.len() - 1;
-        nodes.par_chunks_mut(3).zip(&*blocks_of).with_min_len(NODES_A_TASK).for_each(|(out, blocks)| {
+        nodes.par_chunks_mut(3).zip(&*blocks_of).with_min_len(NODES_PER_TASK).for_each(|(out, blocks)| {
             let mut sum = [0.0; 3];
             for (k, &block) in blocks.iter().enumerate() {
                 let corners = &of_block[(block as usize).min(none)];
@@ -149,15 +149,17 @@ impl Transfer {
     ) {
         let n = self.block_and_place.len();
         let Self { of_block, nodes_of, block_and_place, .. } = self;
-        of_block.par_iter_mut().zip(&*nodes_of).with_min_len(BLOCKS_A_TASK).for_each(|(values, nodes_of)| {
-            for (value, &node) in values.chunks_exact_mut(3).zip(nodes_of) {
-                value.copy_from_slice(&nodes[3 * node as usize..3 * node as usize + 3]);
-            }
-            interpolate(values);
-        });
+        of_block.par_iter_mut().zip(&*nodes_of).with_min_len(BLOCKS_PER_TASK).for_each(
+            |(values, nodes_of)| {
+                for (value, &node) in values.chunks_exact_mut(3).zip(nodes_of) {
+                    value.copy_from_slice(&nodes[3 * node as usize..3 * node as usize + 3]);
+                }
+                interpolate(values);
+            },
+        );
         let (x, yz) = field.split_at_mut(n);
         let (y, z) = yz.split_at_mut(n);
-        (x, y, z, &*block_and_place).into_par_iter().with_min_len(PARTICLES_A_TASK).enumerate().for_each(
+        (x, y, z, &*block_and_place).into_par_iter().with_min_len(PARTICLES_PER_TASK).enumerate().for_each(
             |(a, (x, y, z, &(block, place)))| {
                 let value = &of_block[block as usize][3 * place as usize..3 * place as usize + 3];
                 for (i, to) in [x, y, z].into_iter().enumerate() {

@@ -146,7 +146,7 @@ pub fn material(
     }
 }
 
-/// Whether, when and how particles are laid anew.
+/// Whether, when and how particles are remeshed.
 pub fn remesh(doc: &Document, tables: &Scenario, mechanics: &Mechanics) -> Result<Remesh, ScenarioError> {
     let solid = matches!(mechanics, Mechanics::Solid);
     let trigger = match (tables.remesh.every, tables.remesh.interval) {
@@ -157,7 +157,7 @@ pub fn remesh(doc: &Document, tables: &Scenario, mechanics: &Mechanics) -> Resul
         (_, Some(_)) => {
             return Err(doc.error(
                 &KeyPath::from("remesh.interval"),
-                "`interval` and `every` exclude each other: each says when particles are laid anew",
+                "`interval` and `every` exclude each other: each says when particles are remeshed",
                 "remove one of the two",
             ));
         }

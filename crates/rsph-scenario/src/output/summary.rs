@@ -108,7 +108,7 @@ impl From<&Repair> for RepairSummary {
 /// Number of remeshings and their effect on particles, mass, momentum and energy.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Remeshing {
-    /// How often particles were laid anew.
+    /// How often the body was remeshed.
     pub count: u64,
     /// Particles before the first remeshing.
     pub particles_before: usize,
@@ -252,7 +252,7 @@ pub struct Summary {
     pub reaction: [f64; 3],
     /// The last equilibrium of mode "static"; `null` if none was asked for.
     pub equilibrium: Option<EquilibriumSummary>,
-    /// What remeshing did; `null` if particles were never to be laid anew.
+    /// What remeshing did; `null` if remeshing is off.
     pub remesh: Option<Remeshing>,
     /// How the body's surface was made whole; `null` if it was closed.
     pub repair: Option<RepairSummary>,

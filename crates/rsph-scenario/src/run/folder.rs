@@ -104,7 +104,7 @@ impl OutputFolder {
     pub fn new(path: &Path, begin: Begin) -> Result<Self, FolderError> {
         let held = RESULTS.iter().find(|f| path.join(f).exists());
         match (begin, held) {
-            (Begin::Anew, Some(file)) => {
+            (Begin::Fresh, Some(file)) => {
                 return Err(FolderError::HoldsResults { path: path.into(), file });
             }
             (Begin::Resumed, _) if !path.join(CHECKPOINT).exists() => {
@@ -182,7 +182,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         std::fs::write(dir.path().join("summary.json"), "{}").unwrap();
         std::fs::write(dir.path().join("notes.txt"), "mine").unwrap();
-        let refused = OutputFolder::new(dir.path(), Begin::Anew).unwrap_err();
+        let refused = OutputFolder::new(dir.path(), Begin::Fresh).unwrap_err();
         assert!(refused.to_string().contains("summary.json") && refused.remedy().contains("--force"));
         OutputFolder::new(dir.path(), Begin::Overwriting).unwrap().claim().unwrap();
         assert!(!dir.path().join("summary.json").exists());
@@ -204,7 +204,7 @@ mod tests {
     fn looking_writes_nothing_and_claiming_leaves_a_lock() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a/b");
-        let mut folder = OutputFolder::new(&path, Begin::Anew).unwrap();
+        let mut folder = OutputFolder::new(&path, Begin::Fresh).unwrap();
         assert!(!dir.path().join("a").exists());
         folder.claim().unwrap();
         let left: Vec<_> = std::fs::read_dir(&path).unwrap().map(|f| f.unwrap().file_name()).collect();
@@ -214,7 +214,7 @@ mod tests {
     #[test]
     fn a_folder_has_one_run_at_a_time() {
         let dir = tempfile::tempdir().unwrap();
-        let mut first = OutputFolder::new(dir.path(), Begin::Anew).unwrap();
+        let mut first = OutputFolder::new(dir.path(), Begin::Fresh).unwrap();
         let mut second = OutputFolder::new(dir.path(), Begin::Overwriting).unwrap();
         first.claim().unwrap();
         let refused = second.claim().unwrap_err();
@@ -238,7 +238,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("file");
         std::fs::write(&file, "").unwrap();
-        let error = OutputFolder::new(&file.join("out"), Begin::Anew).unwrap_err();
+        let error = OutputFolder::new(&file.join("out"), Begin::Fresh).unwrap_err();
         assert!(error.to_string().contains("is a file, not a folder"), "{error}");
     }
 }

@@ -35,7 +35,7 @@ impl MemoryError {
 const LEFT_TO_SAMPLING: f64 = 5e7;
 
 /// Bytes a particle needs in a run, measured by the largest memory of runs of 1e4 to 1e6 particles, and rounded up:
-/// laying particles anew takes more than steps do.
+/// remeshing takes more than steps do.
 fn bytes_a_particle(setup: &Setup) -> f64 {
     let stays =
         setup.remesh.trigger == RemeshTrigger::Never && setup.solver.formulation == Formulation::Adjoint;

@@ -105,7 +105,7 @@ fn parameters(setup: &Setup) -> Vec<Parameter> {
     rows
 }
 
-/// When and how particles are laid anew.
+/// When and how particles are remeshed.
 fn remeshing(setup: &Setup) -> Vec<Parameter> {
     let when = match setup.remesh.trigger {
         RemeshTrigger::Never => return vec![Parameter::new("remeshing", "never", "")],

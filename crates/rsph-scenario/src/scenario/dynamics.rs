@@ -111,7 +111,7 @@ pub enum VelocityTable {
     },
 }
 
-/// Remeshing: particles are laid anew on a regular lattice. At most one of `every` and `interval`.
+/// Remeshing: particles are replaced by those of a regular lattice. At most one of `every` and `interval`.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RemeshTable {

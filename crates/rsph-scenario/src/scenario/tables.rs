@@ -43,7 +43,7 @@ pub struct Scenario {
     pub solver: SolverTable,
     /// How time advances.
     pub time: TimeTable,
-    /// Remeshing: particles are laid anew on a regular lattice.
+    /// Remeshing: particles are replaced by those of a regular lattice.
     #[serde(default)]
     pub remesh: RemeshTable,
     /// What is written, and how often.

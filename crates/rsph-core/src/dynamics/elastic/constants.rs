@@ -60,7 +60,7 @@ fn packed(m: &Moments) -> [f64; CONSTANTS] {
 }
 
 /// Tiles that one task spreads.
-const TILES_A_TASK: usize = 128;
+const TILES_PER_TASK: usize = 128;
 /// Share by which the constants of a full neighbourhood may differ from those of the lattice.
 const ROUNDING: f64 = 1e-12;
 
@@ -189,7 +189,7 @@ pub(super) fn scatter(
     q: &mut [Tile],
 ) {
     let (n, tiles) = (u.len() / 3, &lattice.tiles);
-    q.par_chunks_mut(3).with_min_len(TILES_A_TASK).enumerate().for_each(|(t, q)| {
+    q.par_chunks_mut(3).with_min_len(TILES_PER_TASK).enumerate().for_each(|(t, q)| {
         let (a, mask) = tiles.particles(t);
         let volume = constants.volume(t);
         let count = mask.count_ones() as usize;

@@ -34,7 +34,7 @@ const LOST: f64 = 30.0;
 /// are less accurate; with three or four at h = 1.25 dx nothing gets better.
 const LAYERS: usize = 2;
 /// Particles that one partial sum covers.
-const PARTICLES_A_SUM: usize = 4096;
+const PARTICLES_PER_SUM: usize = 4096;
 
 /// Numbers of a corrected row: z, z gamma, z sum V_b w gamma_b / V, the nine of z Gamma.
 pub(super) const ROW: usize = 16;
@@ -484,18 +484,20 @@ impl<'a> Solver<'a> {
         let (yx, yyz) = y.split_at_mut(n);
         let (yy, yz) = yyz.split_at_mut(n);
         let this = &*self;
-        (yx, yy, yz).into_par_iter().enumerate().with_min_len(PARTICLES_A_SUM).for_each(|(a, (x, y, z))| {
-            let (t, lane) = this.lattice.tiles.place(a);
-            let Some(number) = this.reach.number(t) else { return };
-            let volume = this.constants.volume(t)[lane];
-            let is_row = this.rows.number(t).is_some();
-            for (i, y) in [x, y, z].into_iter().enumerate() {
-                let own = if is_row { this.pair[t * PAIR_COMPONENTS + 9 + i].0[lane] } else { 0.0 };
-                *y = f[i * n + a] * this.graph[a]
-                    + own
-                    + volume * (this.adjoint[3 * t + i].0[lane] - this.beside[3 * number + i].0[lane]);
-            }
-        });
+        (yx, yy, yz).into_par_iter().enumerate().with_min_len(PARTICLES_PER_SUM).for_each(
+            |(a, (x, y, z))| {
+                let (t, lane) = this.lattice.tiles.place(a);
+                let Some(number) = this.reach.number(t) else { return };
+                let volume = this.constants.volume(t)[lane];
+                let is_row = this.rows.number(t).is_some();
+                for (i, y) in [x, y, z].into_iter().enumerate() {
+                    let own = if is_row { this.pair[t * PAIR_COMPONENTS + 9 + i].0[lane] } else { 0.0 };
+                    *y = f[i * n + a] * this.graph[a]
+                        + own
+                        + volume * (this.adjoint[3 * t + i].0[lane] - this.beside[3 * number + i].0[lane]);
+                }
+            },
+        );
         for image in &self.lattice.images {
             let (a, (t, lane)) = (image.particle as usize, image.place());
             let Some(number) = self.reach.number(t) else { continue };
@@ -575,13 +577,13 @@ fn dots(x: &[f64], y: &[f64]) -> [f64; 3] {
     let n = x.len() / 3;
     std::array::from_fn(|i| {
         let part = i * n..(i + 1) * n;
-        let chunks = x[part.clone()].chunks(PARTICLES_A_SUM).zip(y[part].chunks(PARTICLES_A_SUM));
+        let chunks = x[part.clone()].chunks(PARTICLES_PER_SUM).zip(y[part].chunks(PARTICLES_PER_SUM));
         chunks.map(|(x, y)| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>()).sum()
     })
 }
 
 /// r . D^-1 r.
 fn weighted(r: &[f64], inverse: &[f64]) -> f64 {
-    let chunks = r.chunks(PARTICLES_A_SUM).zip(inverse.chunks(PARTICLES_A_SUM));
+    let chunks = r.chunks(PARTICLES_PER_SUM).zip(inverse.chunks(PARTICLES_PER_SUM));
     chunks.map(|(r, d)| r.iter().zip(d).map(|(r, d)| r * r * d).sum::<f64>()).sum()
 }

@@ -223,7 +223,7 @@ impl Elastic {
         let n = self.len();
         let (fx, fyz) = force.split_at_mut(n);
         let (fy, fz) = fyz.split_at_mut(n);
-        let chunk = super::PARTICLES_A_SUM;
+        let chunk = super::PARTICLES_PER_SUM;
         (fx.par_chunks_mut(chunk), fy.par_chunks_mut(chunk), fz.par_chunks_mut(chunk))
             .into_par_iter()
             .enumerate()

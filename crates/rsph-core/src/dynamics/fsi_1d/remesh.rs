@@ -1,4 +1,4 @@
-//! The fluid's particles are laid anew at even distances between wall and interface; the solid's map
+//! The fluid is remeshed at even distances between wall and interface; the solid's map
 //! stays as it is.
 
 use super::FluidStructure;

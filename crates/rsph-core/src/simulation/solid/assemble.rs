@@ -21,9 +21,9 @@ use crate::tensor::Vec3;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Particles laid on a lattice.
+/// Particles at the nodes of a lattice.
 #[derive(Clone, Debug)]
-pub(super) struct Laid {
+pub(super) struct LatticeParticles {
     /// Node of each particle, by z, y, x. No lattice reaches farther than these numbers do.
     nodes: Vec<[i32; 3]>,
     /// Where each was in the undeformed body, X; the column of the particles.
@@ -34,7 +34,7 @@ pub(super) struct Laid {
     pub cut: Vec<bool>,
 }
 
-impl Laid {
+impl LatticeParticles {
     /// Particles at those nodes, which were at `undeformed` and stand for these volumes; the surface cuts the cells of some.
     pub fn new(
         nodes: impl Iterator<Item = [i64; 3]>,

@@ -1,8 +1,8 @@
-//! What a checkpoint holds of a solid: how its particles were last laid. The rest follows from the particles
+//! What a checkpoint holds of a solid: how its particles were last remeshed. The rest follows from the particles
 //! and the set-up.
 
 use super::surface_reading::Settled;
-use super::{Laid, Matter, Solid};
+use super::{LatticeParticles, Matter, Solid};
 use crate::error::InvalidInput;
 use crate::particles::{Field, Particles};
 use crate::state::{State, damaged};
@@ -10,8 +10,8 @@ use crate::tensor::Vec3;
 
 /// Puts it into `state`.
 pub(super) fn save(solid: &Solid, state: &mut State) {
-    if !solid.laid_at.is_empty() {
-        state.put_matrices("body/laid_at", &solid.laid_at);
+    if !solid.gradient_at_remesh.is_empty() {
+        state.put_matrices("body/gradient_at_remesh", &solid.gradient_at_remesh);
     }
     if let Matter::Paper(paper) = &solid.matter {
         state.put_vectors("body/listed_at", paper.listed_at());
@@ -20,10 +20,10 @@ pub(super) fn save(solid: &Solid, state: &mut State) {
         state.put("body/settled_time", [reading.settled.time]);
         state.put_vectors("body/settled_traction", &reading.settled.traction);
     }
-    if let Some((time, u)) = &solid.laid_with {
-        state.put_whole("body/nodes", solid.laid.nodes().as_flattened());
+    if let Some((time, u)) = &solid.last_remesh {
+        state.put_whole("body/nodes", solid.lattice_particles.nodes().as_flattened());
         state.put("body/laid_time", [*time]);
-        state.share("body/laid_displacement", u.share());
+        state.share("body/remesh_displacement", u.share());
     }
 }
 
@@ -37,23 +37,23 @@ pub(super) fn restore(solid: &mut Solid, state: &State, particles: &Particles) -
             return Err(damaged("body/nodes", "names a node that no lattice has"));
         }
         let [time] = state.numbers("body/laid_time")?;
-        let u = state.real_of("body/laid_displacement", 3 * n)?.to_vec();
+        let u = state.real_of("body/remesh_displacement", 3 * n)?.to_vec();
         let places: Vec<Vec3> = (0..n).map(|a| reference.vector(a)).collect();
         let cut = solid.undeformed.cut_at(places.iter());
-        solid.laid = Laid::with_columns(nodes.as_chunks::<3>().0, particles, cut);
-        let (setup, laid) = (&solid.setup, &solid.laid);
+        solid.lattice_particles = LatticeParticles::with_columns(nodes.as_chunks::<3>().0, particles, cut);
+        let (setup, lattice_particles) = (&solid.setup, &solid.lattice_particles);
         let (mut elastic, quadrature) = solid
             .undeformed
-            .deformed(setup, laid, &solid.held, time, &u, solid.boundary_surface())
-            .map_err(|e| damaged("body/laid_displacement", &format!("can not be laid: {e}")))?;
+            .deformed(setup, lattice_particles, &solid.held, time, &u, solid.boundary_surface())
+            .map_err(|e| damaged("body/remesh_displacement", &format!("can not be remeshed: {e}")))?;
         let surface = (solid.boundary_surface(), &quadrature);
-        elastic.loads = laid.loads(setup, &elastic, surface, &solid.held)?;
+        elastic.loads = lattice_particles.loads(setup, &elastic, surface, &solid.held)?;
         solid.matter = Matter::new(setup, elastic);
-        solid.laid_with = Some((time, crate::particles::Column::from_vec(u, n)));
-    } else if n != solid.laid.len() {
+        solid.last_remesh = Some((time, crate::particles::Column::from_vec(u, n)));
+    } else if n != solid.lattice_particles.len() {
         return Err(damaged("body/nodes", "is missing"));
     } else {
-        solid.laid.reference = reference.clone();
+        solid.lattice_particles.reference = reference.clone();
         // Weights found for the sampled particles stay good.
         solid.probed = reference.share();
         solid.fits.reference = reference.share();
@@ -67,8 +67,8 @@ pub(super) fn restore(solid: &mut Solid, state: &State, particles: &Particles) -
         }
     }
     // Empty where remeshing does not go by the strain.
-    if !solid.laid_at.is_empty() {
-        solid.laid_at = state.matrices("body/laid_at", n)?;
+    if !solid.gradient_at_remesh.is_empty() {
+        solid.gradient_at_remesh = state.matrices("body/gradient_at_remesh", n)?;
     }
     if let (Matter::Paper(paper), true) = (&mut solid.matter, state.has("body/listed_at")) {
         let count = state.real("body/listed_at")?.len() / 3;

@@ -17,7 +17,7 @@ const TOLERANCE_OF_UNSTABLE: f64 = 10.0;
 
 /// What the watchdog looks at besides the particles.
 #[derive(Clone, Copy, Debug)]
-pub struct Look {
+pub struct Check {
     /// Energies.
     pub energy: Energy,
     /// Work done on the body since the start.
@@ -28,23 +28,31 @@ pub struct Look {
 
 /// Keeps the last good state and knows what a good state is.
 #[derive(Clone, Debug)]
-pub struct Watch {
+pub struct Watchdog {
     good: Vec<Column>,
     time: f64,
     step: u64,
     /// Step of the last look; a remesh in between is none.
-    looked: u64,
+    checked: u64,
     start: f64,
     scale: f64,
     rounding: f64,
 }
 
-impl Watch {
+impl Watchdog {
     /// Starts from a good state of that energy; `rounding` times the square of a displacement is the
     /// energy that rounding may feign.
     pub fn new(dynamics: &dyn Dynamics, particles: &Particles, energy: Energy, rounding: f64) -> Self {
         let start = energy.kinetic + energy.elastic;
-        Self { good: copy(dynamics, particles), time: 0.0, step: 0, looked: 0, start, scale: start, rounding }
+        Self {
+            good: copy(dynamics, particles),
+            time: 0.0,
+            step: 0,
+            checked: 0,
+            start,
+            scale: start,
+            rounding,
+        }
     }
 
     /// Starts anew from other particles, which a remeshing has made of a good state.
@@ -55,7 +63,7 @@ impl Watch {
 
     /// Whether it is time for a look.
     pub fn is_due(&self, step: u64) -> bool {
-        step >= self.looked + self.looked.clamp(FIRST, INTERVAL)
+        step >= self.checked + self.checked.clamp(FIRST, INTERVAL)
     }
 
     /// Looks at the state after `step` steps and keeps it if it is good.
@@ -66,11 +74,11 @@ impl Watch {
         &mut self,
         dynamics: &dyn Dynamics,
         particles: &Particles,
-        sums: &Look,
+        sums: &Check,
         time: f64,
         step: u64,
     ) -> Result<(), Failure> {
-        let Look { energy, work, smallest_jacobian } = *sums;
+        let Check { energy, work, smallest_jacobian } = *sums;
         let u = particles.column(Field::Displacement);
         let n = particles.len();
         let remedy = if dynamics.is_stable() {
@@ -118,7 +126,7 @@ impl Watch {
         for (good, field) in self.good.iter_mut().zip(dynamics.integrated()) {
             good.values_mut().copy_from_slice(particles.column(*field).values());
         }
-        (self.time, self.step, self.looked) = (time, step, step);
+        (self.time, self.step, self.checked) = (time, step, step);
         Ok(())
     }
 
@@ -133,7 +141,7 @@ impl Watch {
     /// Puts the last good state and what it is judged by into `state`.
     pub fn save(&self, state: &mut State) {
         state.put("watch/sums", [self.time, self.start, self.scale]);
-        state.put_counts("watch/steps", &[self.step, self.looked]);
+        state.put_counts("watch/steps", &[self.step, self.checked]);
         for (i, column) in self.good.iter().enumerate() {
             state.share(&format!("watch/good_{i}"), column.share());
         }
@@ -150,7 +158,7 @@ impl Watch {
         n: usize,
     ) -> Result<(), InvalidInput> {
         [self.time, self.start, self.scale] = state.numbers("watch/sums")?;
-        [self.step, self.looked] = state.counts("watch/steps")?;
+        [self.step, self.checked] = state.counts("watch/steps")?;
         let good = |(i, field): (usize, &Field)| {
             let values = state.real_of(&format!("watch/good_{i}"), field.spec().components * n)?;
             Ok(Column::from_vec(values.to_vec(), n))

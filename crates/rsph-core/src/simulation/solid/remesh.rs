@@ -1,4 +1,4 @@
-//! A solid laid anew on its lattice, where it is now.
+//! A solid remeshed on its lattice, where it is now.
 //!
 //! What a solid carries are fields on the undeformed body: where a particle was, X, its displacement and
 //! velocity. They are found at the new nodes by inverting the motion since the last remesh
@@ -6,7 +6,7 @@
 //! is inside. So nothing that a remesh does adds up from one to the next but the interpolation of the
 //! displacement.
 
-use super::assemble::Laid;
+use super::assemble::LatticeParticles;
 use super::held::Held;
 use crate::boundary::surface_quadrature::SurfaceQuadrature;
 use crate::dynamics::elastic::Elastic;
@@ -53,9 +53,9 @@ pub(super) struct Undeformed {
     dimension: usize,
 }
 
-/// Why a solid can not be laid anew.
+/// Why a solid can not be remeshed.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum LayError {
+pub(super) enum SolidRemeshError {
     #[error(transparent)]
     Lattice(#[from] RemeshError),
     #[error("the body has turned inside out between two remeshings")]
@@ -66,7 +66,7 @@ pub(super) enum LayError {
     Untagged(#[from] InvalidInput),
 }
 
-impl LayError {
+impl SolidRemeshError {
     /// Its kind and place as those of a failure.
     pub fn class(&self) -> (FailureKind, Option<Vec3>) {
         match self {
@@ -80,10 +80,10 @@ impl LayError {
     }
 }
 
-/// A solid laid anew.
+/// A solid remeshed.
 #[derive(Debug)]
-pub(super) struct Anew {
-    pub laid: Laid,
+pub(super) struct RemeshedSolid {
+    pub lattice_particles: LatticeParticles,
     /// Dynamics of the adjoint formulation, without loads.
     pub elastic: Elastic,
     /// The undeformed surface with the weights of the particles.
@@ -100,14 +100,23 @@ pub(super) struct Anew {
 
 impl Undeformed {
     /// `shape` as it was sampled, with its particles, which are `remeshed` or stay where they are.
-    pub fn new(shape: &dyn Shape, body: &Body, remeshed: bool) -> (Self, Laid) {
+    pub fn new(shape: &dyn Shape, body: &Body, remeshed: bool) -> (Self, LatticeParticles) {
         let dx = body.grid.spacing;
         let lattice = NodeLattice { origin: body.grid.origin, spacing: dx };
         let nodes = body.cells.iter().map(|c| c.map(|i| i as i64));
         let undeformed: Vec<Vec3> = body.cells.iter().map(|c| body.grid.centre(*c)).collect();
-        let laid = Laid::new(nodes, &undeformed, body.volume.iter().copied(), body.cut());
+        let lattice_particles =
+            LatticeParticles::new(nodes, &undeformed, body.volume.iter().copied(), body.cut());
         let inside = remeshed.then(|| InsideFraction::new(shape, body));
-        (Self { lattice, inside, volume: laid.volume.iter().sum(), dimension: body.dimension }, laid)
+        (
+            Self {
+                lattice,
+                inside,
+                volume: lattice_particles.volume.iter().sum(),
+                dimension: body.dimension,
+            },
+            lattice_particles,
+        )
     }
 
     /// Inside fraction of a cell that a linear map takes to around `x`.
@@ -125,7 +134,7 @@ impl Undeformed {
     ///
     /// # Errors
     /// A body that no lattice holds, that has torn or turned inside out.
-    pub fn lay(
+    pub fn remesh(
         &self,
         setup: &Setup,
         held: &Held,
@@ -133,7 +142,7 @@ impl Undeformed {
         fields: &[Field],
         time: f64,
         surface: &TriangleMesh,
-    ) -> Result<Anew, LayError> {
+    ) -> Result<RemeshedSolid, SolidRemeshError> {
         let (n, cell) = (particles.len(), self.lattice.spacing.powi(self.dimension as i32));
         let (x0, u) = (particles.column(Field::Reference), particles.column(Field::Displacement));
         let shift: Vec<Vec3> =
@@ -178,9 +187,9 @@ impl Undeformed {
                 && back(*k).determinant() > 0.0
         };
         let mut kept: Vec<usize> = inside.into_iter().filter(enough).collect();
-        let (mut laid, gradient, folded) = loop {
+        let (mut lattice_particles, gradient, folded) = loop {
             if kept.is_empty() {
-                return Err(LayError::Volume(1.0));
+                return Err(SolidRemeshError::Volume(1.0));
             }
             let mut shares = shares.clone();
             let mut keep = vec![false; shares.len()];
@@ -190,7 +199,7 @@ impl Undeformed {
             }
             let folded = fold(&mut shares, &keep, FOLD_REACH);
             let undeformed: Vec<Vec3> = kept.iter().map(|k| place(*k)).collect();
-            let laid = Laid::new(
+            let lattice_particles = LatticeParticles::new(
                 kept.iter().map(|k| arrived.nodes[*k]),
                 &undeformed,
                 numbers.iter().map(|number| shares.values[*number] * cell),
@@ -201,11 +210,12 @@ impl Undeformed {
             for (a, k) in kept.iter().enumerate() {
                 (0..3).for_each(|i| u[i * len + a] = arrived.values[k * columns + i]);
             }
-            let gradient = laid.elastic(setup, &self.lattice, held, surface, true)?.gradient(time, &u);
+            let gradient =
+                lattice_particles.elastic(setup, &self.lattice, held, surface, true)?.gradient(time, &u);
             let strays = |(k, g): (&usize, &Mat3)| strays(&back(*k), &(Mat3::identity() - g));
             let stray: Vec<bool> = kept.par_iter().zip(&gradient).map(strays).collect();
             if !stray.contains(&true) {
-                break (laid, gradient, folded);
+                break (lattice_particles, gradient, folded);
             }
             let mut stray = stray.into_iter();
             kept.retain(|_| stray.next() != Some(true));
@@ -229,29 +239,37 @@ impl Undeformed {
         let u = new.column(Field::Displacement).values();
 
         // A cell of the deformed body holds det(dX/dx) times its volume of the undeformed one.
-        let volume = Arc::make_mut(&mut laid.volume);
+        let volume = Arc::make_mut(&mut lattice_particles.volume);
         for (a, g) in gradient.iter().enumerate() {
             let share = (Mat3::identity() - g).determinant();
             if share.is_nan() || share <= 0.0 {
-                return Err(LayError::Inverted(laid.reference.vector(a)));
+                return Err(SolidRemeshError::Inverted(lattice_particles.reference.vector(a)));
             }
             volume[a] *= share;
         }
         let scale = self.volume / volume.iter().sum::<f64>();
         if scale.is_nan() || (scale - 1.0).abs() > WORST_VOLUME {
-            return Err(LayError::Volume((1.0 / scale - 1.0).abs()));
+            return Err(SolidRemeshError::Volume((1.0 / scale - 1.0).abs()));
         }
         for v in volume {
             *v *= scale;
         }
-        let (elastic, quadrature) = self.deformed(setup, &laid, held, time, u, surface)?;
-        new.set(Field::Reference, laid.reference.clone());
+        let (elastic, quadrature) = self.deformed(setup, &lattice_particles, held, time, u, surface)?;
+        new.set(Field::Reference, lattice_particles.reference.clone());
         new.set(Field::Mass, Column::shared(Arc::clone(&elastic.mass), len));
-        new.set(Field::Volume, Column::shared(Arc::clone(&laid.volume), len));
+        new.set(Field::Volume, Column::shared(Arc::clone(&lattice_particles.volume), len));
         let folded_mass = folded.moved[0] * cell * setup.material.density();
         let undeformed = (0..count).map(place).collect();
         let around = (arrived.nodes, undeformed);
-        Ok(Anew { around, laid, elastic, quadrature, particles: new, folded_mass, rescaling: scale - 1.0 })
+        Ok(RemeshedSolid {
+            around,
+            lattice_particles,
+            elastic,
+            quadrature,
+            particles: new,
+            folded_mass,
+            rescaling: scale - 1.0,
+        })
     }
 
     /// The dynamics, without loads, of particles remeshed at `time` with the displacement `u`, and the undeformed
@@ -262,27 +280,33 @@ impl Undeformed {
     pub fn deformed(
         &self,
         setup: &Setup,
-        laid: &Laid,
+        lattice_particles: &LatticeParticles,
         held: &Held,
         time: f64,
         u: &[f64],
         surface: &TriangleMesh,
-    ) -> Result<(Elastic, SurfaceQuadrature), LayError> {
-        let mut elastic = laid.elastic(setup, &self.lattice, held, surface, true)?;
+    ) -> Result<(Elastic, SurfaceQuadrature), SolidRemeshError> {
+        let mut elastic = lattice_particles.elastic(setup, &self.lattice, held, surface, true)?;
         let gradient = elastic.gradient(time, u);
         let gradients: Vec<Mat3> = gradient
             .iter()
             .enumerate()
             .map(|(a, g)| {
-                (Mat3::identity() - g).try_inverse().ok_or(LayError::Inverted(laid.reference.vector(a)))
+                (Mat3::identity() - g)
+                    .try_inverse()
+                    .ok_or(SolidRemeshError::Inverted(lattice_particles.reference.vector(a)))
             })
             .collect::<Result<_, _>>()?;
-        let quadrature = laid.quadrature(setup, surface, self.lattice.spacing, held, &elastic.lift.folds);
+        let quadrature =
+            lattice_particles.quadrature(setup, surface, self.lattice.spacing, held, &elastic.lift.folds);
         let elastic = elastic.remeshed(&gradients);
         let elastic = match held {
-            Held::Surface(constraints) => {
-                elastic.with_surface(&quadrature, &constraints.holds, &laid.cut, &laid.positions())
-            }
+            Held::Surface(constraints) => elastic.with_surface(
+                &quadrature,
+                &constraints.holds,
+                &lattice_particles.cut,
+                &lattice_particles.positions(),
+            ),
             Held::Layers(_) => elastic,
         };
         Ok((elastic, quadrature))

@@ -2,9 +2,9 @@
 //! made once and serves as long as the lattice stands.
 
 use super::cg::{ConjugateGradients, Goal, Outcome};
+use super::initial_guess::{SolutionHistory, WINDOW};
 use super::multigrid::Multigrid;
 use super::operator::{Operator, Shifted};
-use super::recall::{Recall, WINDOW};
 use super::sums::combine;
 use crate::dynamics::Scales;
 use crate::dynamics::elastic::Elastic;
@@ -23,10 +23,10 @@ fn alike(a: Scales, b: Scales) -> bool {
 
 /// A solver for one body on one lattice.
 #[derive(Clone, Debug)]
-pub struct StiffSolver {
+pub struct LinearSolver {
     multigrid: Multigrid,
     gradients: ConjugateGradients,
-    recall: Recall,
+    history: SolutionHistory,
     step: Vec<f64>,
     scales: Scales,
     /// T.
@@ -48,14 +48,14 @@ impl Operator for Counted<'_, '_> {
     }
 }
 
-impl StiffSolver {
+impl LinearSolver {
     /// Sets up the hierarchy of `elastic`.
     pub fn new(elastic: &mut Elastic) -> Self {
         let len = 3 * elastic.len();
         Self {
             multigrid: Multigrid::new(elastic),
             gradients: ConjugateGradients::new(len),
-            recall: Recall::default(),
+            history: SolutionHistory::default(),
             step: vec![0.0; len],
             scales: Scales::STATIC,
             relaxation_time: elastic.material.relaxation_time(),
@@ -66,8 +66,8 @@ impl StiffSolver {
     /// Remembers the last solutions, from which the next systems of the same scales start: what a body
     /// does in one time step resembles what it did in those before.
     #[must_use]
-    pub fn recalling(mut self) -> Self {
-        self.recall = Recall::new(self.step.len());
+    pub fn with_history(mut self) -> Self {
+        self.history = SolutionHistory::new(self.step.len());
         self
     }
 
@@ -84,21 +84,21 @@ impl StiffSolver {
     ) -> Outcome {
         if !alike(self.scales, scales) {
             self.set_scales(scales);
-            self.recall.forget();
+            self.history.forget();
         }
         let mut shifted = Shifted { elastic, scales: self.scales };
         let mut operator = Counted(&mut shifted, &mut self.applications);
-        let Self { multigrid, gradients, recall, step, .. } = self;
-        let outcome = if recall.is_empty() {
+        let Self { multigrid, gradients, history, step, .. } = self;
+        let outcome = if history.is_empty() {
             gradients.solve(&mut operator, multigrid, b, x, goal, watch)
         } else {
-            recall.start(b, x);
+            history.start(b, x);
             step.fill(0.0);
-            let outcome = gradients.solve(&mut operator, multigrid, recall.rest(), step, goal, watch);
+            let outcome = gradients.solve(&mut operator, multigrid, history.rest(), step, goal, watch);
             combine(1.0, step, 1.0, x);
             outcome
         };
-        recall.keep(x, b, gradients);
+        history.keep(x, b, gradients);
         outcome
     }
 
@@ -143,10 +143,10 @@ impl StiffSolver {
 /// Remembered solutions with their products, one after the other.
 const KNOWN: &str = "solver/known";
 
-impl Stateful for StiffSolver {
+impl Stateful for LinearSolver {
     fn save(&self, state: &mut State) {
         state.put("solver/scales", [self.scales.mass, self.scales.stiffness, self.scales.damping]);
-        state.put(KNOWN, self.recall.known().iter().flatten().flatten().copied().collect::<Vec<_>>());
+        state.put(KNOWN, self.history.known().iter().flatten().flatten().copied().collect::<Vec<_>>());
     }
 
     fn restore(&mut self, state: &State) -> Result<(), InvalidInput> {
@@ -161,7 +161,7 @@ impl Stateful for StiffSolver {
             self.set_scales(scales);
         }
         let split = |pair: &[f64]| [pair[..len].to_vec(), pair[len..].to_vec()];
-        self.recall.restore(values.chunks(pair).map(split).collect());
+        self.history.restore(values.chunks(pair).map(split).collect());
         Ok(())
     }
 }

@@ -9,7 +9,7 @@ use crate::setup::{Probe, Ramp};
 impl Simulation {
     /// Puts a force (N) on every particle, component by component (3 n values), beside the loads, in the
     /// place of the forces that were put there before. They stay as they are until they are replaced, by
-    /// none if `force` is empty, and until the particles are laid anew.
+    /// none if `force` is empty, and until the particles are remeshed.
     ///
     /// # Errors
     /// `force` when there are not three finite values for each particle, or the body takes no forces.

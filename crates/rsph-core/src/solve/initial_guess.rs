@@ -17,7 +17,7 @@ type Shares = SVector<f64, WINDOW>;
 
 /// Solutions of the last systems of one matrix A; the default remembers none.
 #[derive(Clone, Debug, Default)]
-pub struct Recall {
+pub struct SolutionHistory {
     known: Vec<Known>,
     /// x_i . A x_j, the identity for those that are not there yet.
     energies: SMatrix<f64, WINDOW, WINDOW>,
@@ -26,7 +26,7 @@ pub struct Recall {
     partial: Vec<[f64; WINDOW]>,
 }
 
-impl Recall {
+impl SolutionHistory {
     /// Of fields of `len` values.
     pub fn new(len: usize) -> Self {
         Self {
@@ -47,7 +47,7 @@ impl Recall {
         &self.known
     }
 
-    /// Goes on from what [`Recall::known`] gave, [`WINDOW`] at most.
+    /// Goes on from what [`SolutionHistory::known`] gave, [`WINDOW`] at most.
     pub fn restore(&mut self, known: Vec<Known>) {
         self.forget();
         for known in known {
@@ -62,7 +62,7 @@ impl Recall {
     }
 
     /// Sets x to the combination of known solutions that is nearest to the solution of A x = b in the norm of A, and
-    /// [`Recall::rest`] to b - A x.
+    /// [`SolutionHistory::rest`] to b - A x.
     pub fn start(&mut self, b: &[f64], x: &mut [f64]) {
         let shares = self.products_with(b);
         let Self { known, energies, rest, .. } = self;
@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn a_system_in_the_span_of_those_before_needs_no_iteration() {
-        let (mut gradients, mut recall) = (ConjugateGradients::new(50), Recall::new(50));
+        let (mut gradients, mut history) = (ConjugateGradients::new(50), SolutionHistory::new(50));
         let goal = Goal { residual: 1e-13, iterations: 100 };
         let mut values = vec![0.0; 150];
         noise(&mut values);
@@ -210,17 +210,17 @@ mod tests {
         let mut x = vec![0.0; 50];
         for (k, b) in right.iter().enumerate() {
             let mut step = vec![0.0; 50];
-            recall.start(b, &mut x);
-            let rest = recall.rest().to_vec();
+            history.start(b, &mut x);
+            let rest = history.rest().to_vec();
             let found = gradients.solve(&mut Line, &mut Nothing, &rest, &mut step, goal, &mut |_, _| true);
             assert!(found.iterations > 0);
             combine(1.0, &step, 1.0, &mut x);
-            recall.keep(&x, b, &gradients);
-            assert_eq!(recall.known().len(), k + 1);
+            history.keep(&x, b, &gradients);
+            assert_eq!(history.known().len(), k + 1);
         }
         let b: Vec<f64> = (0..50).map(|i| right[0][i] - 2.0 * right[1][i] + 0.5 * right[2][i]).collect();
-        recall.start(&b, &mut x);
-        assert!(gradients.sums().norm(recall.rest()) < 1e-11);
+        history.start(&b, &mut x);
+        assert!(gradients.sums().norm(history.rest()) < 1e-11);
         let mut product = vec![0.0; 50];
         Line.apply(&x, &mut product);
         assert!(product.iter().zip(&b).all(|(p, b)| (p - b).abs() < 1e-11));
@@ -228,19 +228,19 @@ mod tests {
 
     #[test]
     fn the_last_systems_are_remembered_and_older_ones_forgotten() {
-        let (mut gradients, mut recall) = (ConjugateGradients::new(50), Recall::new(50));
+        let (mut gradients, mut history) = (ConjugateGradients::new(50), SolutionHistory::new(50));
         let goal = Goal { residual: 1e-13, iterations: 100 };
         let mut values = vec![0.0; 50 * (WINDOW + 3)];
         noise(&mut values);
         for b in values.chunks(50) {
             let mut x = vec![0.0; 50];
             gradients.solve(&mut Line, &mut Nothing, b, &mut x, goal, &mut |_, _| true);
-            recall.keep(&x, b, &gradients);
+            history.keep(&x, b, &gradients);
         }
-        assert_eq!(recall.known().len(), WINDOW);
+        assert_eq!(history.known().len(), WINDOW);
         let mut rest_of = |b: &[f64]| {
-            recall.start(b, &mut [0.0; 50]);
-            gradients.sums().norm(recall.rest())
+            history.start(b, &mut [0.0; 50]);
+            gradients.sums().norm(history.rest())
         };
         let rests: Vec<f64> = values.chunks(50).map(&mut rest_of).collect();
         assert!(rests[..3].iter().all(|r| *r > 0.1) && rests[3..].iter().all(|r| *r < 1e-10), "{rests:?}");
@@ -249,29 +249,29 @@ mod tests {
         for _ in 0..2 {
             let mut x = vec![0.0; 50];
             gradients.solve(&mut Line, &mut Nothing, &b, &mut x, goal, &mut |_, _| true);
-            recall.keep(&x, &b, &gradients);
+            history.keep(&x, &b, &gradients);
         }
-        recall.start(&b, &mut [0.0; 50]);
-        assert!(gradients.sums().norm(recall.rest()) < 1e-10);
+        history.start(&b, &mut [0.0; 50]);
+        assert!(gradients.sums().norm(history.rest()) < 1e-10);
     }
 
     #[test]
     fn what_is_no_number_is_not_remembered() {
-        let (mut gradients, mut recall) = (ConjugateGradients::new(50), Recall::new(50));
+        let (mut gradients, mut history) = (ConjugateGradients::new(50), SolutionHistory::new(50));
         let mut b = vec![0.0; 50];
         noise(&mut b);
         let mut x = vec![0.0; 50];
         let goal = Goal { residual: 1e-13, iterations: 100 };
         gradients.solve(&mut Line, &mut Nothing, &b, &mut x, goal, &mut |_, _| true);
         for _ in 0..=WINDOW {
-            recall.keep(&x, &b, &gradients);
+            history.keep(&x, &b, &gradients);
         }
         for bad in [f64::NAN, f64::INFINITY, 1e300, 0.0] {
-            let before = recall.known().len();
-            recall.keep(&[bad; 50], &b, &gradients);
-            assert!(recall.known().len() <= before);
-            recall.start(&b, &mut [0.0; 50]);
-            assert!(gradients.sums().norm(recall.rest()) < 1e-10, "{bad}");
+            let before = history.known().len();
+            history.keep(&[bad; 50], &b, &gradients);
+            assert!(history.known().len() <= before);
+            history.start(&b, &mut [0.0; 50]);
+            assert!(gradients.sums().norm(history.rest()) < 1e-10, "{bad}");
         }
     }
 }
