@@ -65,7 +65,7 @@ impl Following {
         self.signs[mirrors as usize].component_mul(z) + self.offsets[mirrors as usize]
     }
 
-    /// As vectors in a mirror do.
+    /// Images that are reflections, as those of vectors in a mirror.
     pub fn mirrored() -> Self {
         let signs = std::array::from_fn(|set| reflection(set as u8));
         Self { signs, offsets: [Vec3::zeros(); MIRROR_SETS] }
@@ -75,9 +75,9 @@ impl Following {
 /// Particles with their images behind them.
 #[derive(Clone, Debug)]
 pub struct Doubled {
-    /// Their places.
+    /// Places (m) of the particles, then of the images.
     pub positions: Vec<Vec3>,
-    /// Their volumes.
+    /// Volumes (m^3), in the same order.
     pub volume: Vec<f64>,
     /// Particle and set of mirrors of every image.
     pub images: Vec<(u32, u8)>,

@@ -22,6 +22,9 @@ pub trait Real:
     /// self * b + c.
     #[must_use]
     fn mul_add(self, b: Self, c: Self) -> Self;
+    /// self * k + c.
+    #[must_use]
+    fn scaled_add(self, k: f64, c: Self) -> Self;
     /// 1 / self.
     #[must_use]
     fn recip(self) -> Self;
@@ -37,6 +40,11 @@ impl Real for f64 {
     fn mul_add(self, b: Self, c: Self) -> Self {
         // Fused only where the instruction is sure to be there: a call of the library is slow.
         self * b + c
+    }
+
+    #[inline(always)]
+    fn scaled_add(self, k: f64, c: Self) -> Self {
+        self * k + c
     }
 
     #[inline(always)]
@@ -131,6 +139,11 @@ impl<S: Simd> Real for Lanes<S> {
     #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
         Self(self.0, self.0.mul_add_e_f64s(self.1, b.1, c.1))
+    }
+
+    #[inline(always)]
+    fn scaled_add(self, k: f64, c: Self) -> Self {
+        self.mul_add(Self::splat(self.0, k), c)
     }
 
     #[inline(always)]
@@ -276,10 +289,16 @@ impl<T: Real> Tensor<T> {
     /// A^-T and det A.
     #[inline(always)]
     pub fn inverse_transpose(&self) -> (Self, T) {
+        let (cofactors, determinant) = (self.cofactors(), self.determinant());
+        (cofactors.scaled(determinant.recip()), determinant)
+    }
+
+    /// det A.
+    #[inline(always)]
+    pub fn determinant(&self) -> T {
         let (cofactors, first) = (self.cofactors(), &self.0[0]);
         let sum = first[1].mul_add(cofactors.0[0][1], first[0] * cofactors.0[0][0]);
-        let determinant = first[2].mul_add(cofactors.0[0][2], sum);
-        (cofactors.scaled(determinant.recip()), determinant)
+        first[2].mul_add(cofactors.0[0][2], sum)
     }
 
     /// The largest magnitude of a component in any lane.

@@ -3,11 +3,12 @@
 
 use super::Elastic;
 use super::correction::{GENERAL, SYMMETRIC};
-use super::stress::{Change, PositiveChange, State, Total, positive_change};
+use super::stress::{Change, Hooke, PositiveChange, State, Total};
 use crate::boundary::force_sums::ForceSums;
 use crate::dynamics::Scales;
 use crate::material::FiniteStrain;
 use crate::ops::PAIR_COMPONENTS;
+use crate::tensor::lanes::Tensor;
 use crate::tensor::{Mat3, SymTensor};
 use crate::tiles::Tile;
 use rayon::prelude::*;
@@ -148,7 +149,10 @@ impl Elastic {
     pub(crate) fn stress_change(&self, a: usize, gradient: &Mat3) -> Mat3 {
         match self.material.law().finite_strain() {
             None => self.stiffness.stress(SymTensor::symmetric_part(gradient)).to_matrix(),
-            Some(_) if self.positive => positive_change(&self.stiffness, &self.state(a), gradient),
+            Some(_) if self.positive => {
+                let (f, df) = (Tensor::from(&self.state(a)), Tensor::from(gradient));
+                Hooke::new(&self.stiffness).positive_change(&f, &df).into()
+            }
             Some(law) => law.tangent(&self.state(a), gradient),
         }
     }
@@ -165,7 +169,7 @@ impl Elastic {
         let shares = [share(scales.stiffness), share(scales.damping)];
         let (state, stiffness) = (std::mem::take(&mut self.work.state), self.stiffness);
         if self.positive {
-            self.stress_sweep(|_| PositiveChange { stiffness: &stiffness, state: &state });
+            self.stress_sweep(|_| PositiveChange { hooke: Hooke::new(&stiffness), state: &state });
         } else {
             self.stress_sweep(|_| Change { law, state: &state, shares });
         }

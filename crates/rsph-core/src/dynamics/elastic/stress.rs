@@ -4,8 +4,8 @@ use super::correction::GENERAL;
 use super::sweeps::{At, Body, Sums};
 use crate::material::{FiniteStrain, Stiffness};
 use crate::ops::{PAIR_COMPONENTS, Pointwise};
-use crate::tensor::lanes::{Lanes, Real, Tensor, Tensors};
-use crate::tensor::{Mat3, SymTensor};
+use crate::tensor::Mat3;
+use crate::tensor::lanes::{Lanes, MAX_LANES, Real, Tensor, Tensors};
 use crate::tiles::{Tile, Tiles};
 use pulp::Simd;
 use std::cmp::Ordering;
@@ -29,32 +29,40 @@ impl<'a> Hooke<'a> {
         let coupled = |k: usize, j: usize| k != j && (k >= 3 || j >= 3) && stiffness.0[k][j] != 0.0;
         Self { stiffness, decoupled: !(0..36).any(|c| coupled(c / 6, c % 6)) }
     }
+
+    /// C : sym(G).
+    #[inline(always)]
+    fn stress<T: Real>(&self, gradient: &Tensor<T>) -> Tensor<T> {
+        let [[xx, _, _], [xy, yy, _], [xz, yz, zz]] = gradient.symmetric_part().0;
+        let strain = [xx, yy, zz, xy, yz, xz];
+        let mut sigma = strain;
+        for (k, sigma) in sigma.iter_mut().enumerate() {
+            let stiffness = &self.stiffness.0[k];
+            if self.decoupled && k >= 3 {
+                *sigma = strain[k] * stiffness[k];
+                continue;
+            }
+            *sigma = strain[0] * stiffness[0];
+            for j in 1..if self.decoupled { 3 } else { 6 } {
+                *sigma = strain[j].scaled_add(stiffness[j], *sigma);
+            }
+        }
+        let [xx, yy, zz, xy, yz, xz] = sigma;
+        Tensor([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    }
+
+    /// F^-T C : sym(F^-1 dF), a tangent that is never negative.
+    #[inline(always)]
+    pub(super) fn positive_change<T: Real>(&self, f: &Tensor<T>, df: &Tensor<T>) -> Tensor<T> {
+        let (inverse_transpose, _) = f.inverse_transpose();
+        inverse_transpose.times(&self.stress(&inverse_transpose.transpose().times(df)))
+    }
 }
 
 impl Stress for Hooke<'_> {
     #[inline(always)]
     fn piola<S: Simd>(&self, _: &At<S>, gradient: &Tensor<Lanes<S>>) -> Tensor<Lanes<S>> {
-        let [[xx, _, _], [xy, yy, _], [xz, yz, zz]] = gradient.symmetric_part().0;
-        let strain = [xx, yy, zz, xy, yz, xz];
-        let mut sigma = [xx * 0.0; 6];
-        for (k, sigma) in sigma.iter_mut().enumerate() {
-            let stiffness = &self.stiffness.0[k];
-            if self.decoupled {
-                if k >= 3 {
-                    *sigma = strain[k] * stiffness[k];
-                } else {
-                    for j in 0..3 {
-                        *sigma = strain[j].mul_add(Lanes::splat(xx.0, stiffness[j]), *sigma);
-                    }
-                }
-            } else {
-                for (c, e) in stiffness.iter().zip(strain) {
-                    *sigma = e.mul_add(Lanes::splat(xx.0, *c), *sigma);
-                }
-            }
-        }
-        let [xx, yy, zz, xy, yz, xz] = sigma;
-        Tensor([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        self.stress(gradient)
     }
 }
 
@@ -91,8 +99,8 @@ impl Total<'_> {
     /// Notes the first of the particles that is turned inside out.
     #[inline(always)]
     fn watch<S: Simd>(&self, at: &At<S>, f: &Tensor<Lanes<S>>) {
-        let mut volume = [0.0; crate::tensor::lanes::MAX_LANES];
-        f.inverse_transpose().1.store(&mut volume);
+        let mut volume = [0.0; MAX_LANES];
+        f.determinant().store(&mut volume);
         for (l, j) in volume[..S::F64_LANES].iter().enumerate() {
             // What is not a number was turned inside out a stage before.
             let is_inverted = j.partial_cmp(&0.0) != Some(Ordering::Greater);
@@ -127,26 +135,17 @@ impl Stress for Change<'_> {
     }
 }
 
-/// The positive tangent F^-T C : sym(F^-1 dF) about a state.
+/// The positive tangent [`Hooke::positive_change`] about a state.
 pub(super) struct PositiveChange<'a> {
-    pub(super) stiffness: &'a Stiffness,
+    pub(super) hooke: Hooke<'a>,
     pub(super) state: &'a State,
 }
 
 impl Stress for PositiveChange<'_> {
     #[inline(always)]
     fn piola<S: Simd>(&self, at: &At<S>, gradient: &Tensor<Lanes<S>>) -> Tensor<Lanes<S>> {
-        let (inverse_transpose, _) = self.state.local(at).inverse_transpose();
-        let strain = inverse_transpose.transpose().times(gradient);
-        inverse_transpose.times(&Hooke::new(self.stiffness).piola(at, &strain))
+        self.hooke.positive_change(&self.state.local(at), gradient)
     }
-}
-
-/// F^-T C : sym(F^-1 dF).
-pub(super) fn positive_change(stiffness: &Stiffness, f: &Mat3, df: &Mat3) -> Mat3 {
-    let inverse = f.try_inverse().unwrap_or_else(Mat3::identity);
-    let strain = SymTensor::symmetric_part(&(inverse * df));
-    inverse.transpose() * stiffness.stress(strain).to_matrix()
 }
 
 /// The state about which a tangent is taken: F times a number in each particle; that of the undeformed body if it is empty.
@@ -200,7 +199,7 @@ impl<P: Stress, const C: usize> Pointwise for StressSweep<'_, P, C> {
         sides: [&mut [Tile]; 2],
     ) {
         let at = At { simd, tile, lane };
-        if sides[0].is_empty() && self.body.is_full(tile) {
+        if self.body.is_full(tile, sides[0]) {
             self.finish::<S, true>(&at, sums, sides);
         } else {
             self.finish::<S, false>(&at, sums, sides);
@@ -286,7 +285,7 @@ impl<const C: usize> Pointwise for Gradients<'_, C> {
     ) {
         let at = At { simd, tile, lane };
         let [side, memory] = sides;
-        let sums = if side.is_empty() && self.body.is_full(tile) {
+        let sums = if self.body.is_full(tile, side) {
             self.body.complete::<S, true, C>(&at, results, [side, memory])
         } else {
             self.body.complete::<S, false, C>(&at, results, [side, memory])

@@ -63,9 +63,9 @@ impl<S: Simd> At<S> {
 pub(super) struct RowTile<'a>(&'a [Tile]);
 
 impl RowTile<'_> {
-    /// z.
+    /// z, 1 in corrected rows and 0 in others.
     #[inline(always)]
-    fn is_row<S: Simd>(&self, at: &At<S>) -> Lanes<S> {
+    fn indicator<S: Simd>(&self, at: &At<S>) -> Lanes<S> {
         at.load(&self.0[0])
     }
 
@@ -119,10 +119,11 @@ pub(super) struct Body<'a> {
 }
 
 impl<'a> Body<'a> {
-    /// Whether all particles of a tile have full cells and neighbourhoods, on the lattice of the undeformed body.
+    /// Whether all particles of a tile have full cells and neighbourhoods, on the lattice of the undeformed body, and no
+    /// correction: the tile has no sums for it in `beside`.
     #[inline(always)]
-    pub(super) fn is_full(&self, tile: usize) -> bool {
-        self.constants.is_full(tile) && self.remesh_gradient.is_empty()
+    pub(super) fn is_full(&self, tile: usize, beside: &[Tile]) -> bool {
+        beside.is_empty() && self.constants.is_full(tile) && self.remesh_gradient.is_empty()
     }
 
     /// A gradient on the lattice as one in the undeformed body, G F with F = d xi / d X.
@@ -190,7 +191,7 @@ impl<'a> Body<'a> {
                     own.0[k][i] = q[k].mul_add(zeroth[i], sum);
                 }
             }
-            let neighbours = at.tensor::<C>(beside, 0).scaled(row.is_row(at));
+            let neighbours = at.tensor::<C>(beside, 0).scaled(row.indicator(at));
             sums.deformation = sums.deformation + (neighbours - own);
             if !self.lifted.is_empty() {
                 sums.deformation = sums.deformation + at.tensor::<C>(self.lifted, number);
