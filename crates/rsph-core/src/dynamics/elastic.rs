@@ -59,8 +59,6 @@ pub struct Elastic {
     linear: bool,
     /// A particle that is turned inside out.
     inverted: Option<usize>,
-    /// Whether the tangent is replaced by one that is positive.
-    positive: bool,
     constants: Constants,
     correction: Correction,
     /// Of a body that was remeshed, under a law that is not linear.
@@ -116,7 +114,6 @@ impl Elastic {
             stiffness: material.stiffness(),
             linear: matches!(material.law(), Law::Linear(_)),
             inverted: None,
-            positive: false,
             constants: Constants::new(&lattice, volume),
             correction: Correction::default(),
             memory: None,

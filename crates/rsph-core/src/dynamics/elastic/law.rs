@@ -123,20 +123,19 @@ impl Elastic {
             state.values = self.lattice.tiles.field(PAIR_COMPONENTS);
         }
         std::mem::swap(&mut state.values, &mut self.work.pair);
+        state.is_positive = false;
         self.work.state = state;
-        self.positive = false;
     }
 
     /// Replaces the tangent, until the next state, by the positive F^-T C : sym(F^-1 dF), C the stiffness of the undeformed
     /// material: it turns with the body, knows its volume, and leaves the stress out; or takes this back.
     pub fn make_tangent_positive(&mut self, positive: bool) {
-        self.positive = positive;
+        self.work.state.is_positive = positive;
     }
 
     /// Takes the undeformed body as the state about which [`Elastic::apply`] is the tangent.
     pub fn linearise_undeformed(&mut self) {
         self.work.state = State::default();
-        self.positive = false;
     }
 
     /// Deformation gradient of particle `a` in the state of the tangent.
@@ -149,7 +148,7 @@ impl Elastic {
     pub(crate) fn stress_change(&self, a: usize, gradient: &Mat3) -> Mat3 {
         match self.material.law().finite_strain() {
             None => self.stiffness.stress(SymTensor::symmetric_part(gradient)).to_matrix(),
-            Some(_) if self.positive => {
+            Some(_) if self.work.state.is_positive => {
                 let (f, df) = (Tensor::from(&self.state(a)), Tensor::from(gradient));
                 Hooke::new(&self.stiffness).positive_change(&f, &df).into()
             }
@@ -168,7 +167,7 @@ impl Elastic {
         let share = |x: f64| if total == 0.0 { 0.0 } else { x / total };
         let shares = [share(scales.stiffness), share(scales.damping)];
         let (state, stiffness) = (std::mem::take(&mut self.work.state), self.stiffness);
-        if self.positive {
+        if state.is_positive {
             self.stress_sweep(|_| PositiveChange { hooke: Hooke::new(&stiffness), state: &state });
         } else {
             self.stress_sweep(|_| Change { law, state: &state, shares });

@@ -153,6 +153,8 @@ impl Stress for PositiveChange<'_> {
 pub(super) struct State {
     /// grad u, then the number less one, as a tiled field of [`PAIR_COMPONENTS`].
     pub(super) values: Vec<Tile>,
+    /// Whether the tangent there is replaced by [`Hooke::positive_change`].
+    pub(super) is_positive: bool,
 }
 
 impl State {
