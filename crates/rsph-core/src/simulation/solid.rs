@@ -194,8 +194,7 @@ impl Solid {
 
         let start = Column::from_vectors(&setup.initial.displacement.at_all(&positions));
         elastic.linearise(0.0, start.values());
-        if !elastic.is_linear() && elastic.smallest_jacobian(0.0, start.values()).is_some_and(|j| j.1 <= 0.0)
-        {
+        if elastic.inverted_in_state().contains(&true) {
             return Err(InvalidInput::new(
                 "initial.displacement",
                 "",
@@ -312,13 +311,6 @@ impl Solid {
             level_set::carried(shape, &lattice_particles.positions())
         };
         new.set(Field::LevelSet, Column::from_vec(level_set, lattice_particles.len()));
-        let u = new.column(Field::Displacement).values();
-        elastic.linearise(time, u);
-        if !elastic.is_linear()
-            && let Some((a, _)) = elastic.smallest_jacobian(time, u).filter(|(_, j)| *j <= 0.0)
-        {
-            return Err(SolidRemeshError::Inverted(lattice_particles.reference.vector(a)));
-        }
         // The interpolation leaves a little momentum behind, or makes some.
         let lost = momentum(particles) - momentum(&new);
         let missing = lost / total_mass(&new);

@@ -144,6 +144,11 @@ impl Elastic {
         f * factor
     }
 
+    /// Which particles are turned inside out in the state of the tangent; none under a linear law.
+    pub(crate) fn inverted_in_state(&self) -> Vec<bool> {
+        (0..self.len()).map(|a| self.state(a).determinant() <= 0.0).collect()
+    }
+
     /// Change of P in particle `a` with the displacement gradient, about the state of the tangent.
     pub(crate) fn stress_change(&self, a: usize, gradient: &Mat3) -> Mat3 {
         match self.material.law().finite_strain() {

@@ -11,9 +11,10 @@ use super::held::Held;
 use crate::boundary::surface_quadrature::SurfaceQuadrature;
 use crate::dynamics::elastic::Elastic;
 use crate::error::{FailureKind, InvalidInput};
+use crate::kernel::RemeshKernel;
 use crate::mesh::TriangleMesh;
 use crate::particles::{Column, Field, Particles};
-use crate::remesh::{Carried, NodeLattice, NodeValues, RemeshError, fold};
+use crate::remesh::{Arrived, Carried, NodeLattice, NodeValues, RemeshError, fold};
 use crate::sample::{Body, InsideFraction, MIN_FRACTION, is_cut};
 use crate::setup::Setup;
 use crate::shape::Shape;
@@ -25,6 +26,8 @@ use std::sync::Arc;
 const FOLD_REACH: usize = 4;
 /// Largest share of the volume that the cells of the deformed body may lack or have too much.
 const WORST_VOLUME: f64 = 0.1;
+/// Largest share of the volume that may have been turned inside out, in creases of the surface; the particles there are dropped.
+const WORST_LOSS: f64 = 0.01;
 
 /// Most by which a gradient that particles have may stretch that of the motion, or be stretched by it: beyond, a particle at the
 /// rim of the body has too few neighbours.
@@ -80,6 +83,89 @@ impl SolidRemeshError {
     }
 }
 
+/// What a body carries, at the nodes in and around where it is now.
+struct Arrivals<'a> {
+    undeformed: &'a Undeformed,
+    arrived: Arrived,
+    /// Values a node, the displacement first.
+    columns: usize,
+    /// How much of the cell of each node holds the body.
+    fraction: Vec<f64>,
+}
+
+impl Arrivals<'_> {
+    /// Where node `k` was in the undeformed body.
+    fn place(&self, k: usize) -> Vec3 {
+        let u = Vec3::from_column_slice(&self.arrived.values[k * self.columns..k * self.columns + 3]);
+        self.undeformed.lattice.position(self.arrived.nodes[k]) - u
+    }
+
+    /// dX/dx at node `k`.
+    fn back(&self, k: usize) -> Mat3 {
+        Mat3::identity() - self.arrived.gradients[k]
+    }
+
+    /// The nodes in and around the body, and where they were in the undeformed one.
+    fn around(self) -> (Vec<[i64; 3]>, Vec<Vec3>) {
+        let places = (0..self.arrived.nodes.len()).map(|k| self.place(k)).collect();
+        (self.arrived.nodes, places)
+    }
+
+    /// How much of their cells holds the body, at all nodes where that is something.
+    fn shares(&self) -> Result<NodeValues<3>, RemeshError> {
+        let inside: Vec<usize> = (0..self.fraction.len()).filter(|k| self.fraction[*k] > 0.0).collect();
+        let nodes: Vec<[i64; 3]> = inside.iter().map(|&k| self.arrived.nodes[k]).collect();
+        let shares: Vec<f64> = inside.iter().map(|&k| self.fraction[k]).collect();
+        NodeValues::from_nodes(self.undeformed.lattice, &nodes, 1, &shares)
+    }
+
+    /// The nodes with enough of the body in their cells for a particle, now and in the undeformed body.
+    fn with_particles(&self) -> Vec<usize> {
+        let least = MIN_FRACTION * (1.0 - 1e-9);
+        let enough = |k: &usize| {
+            // Far outside of its neighbours a node of a squeezed rim has no gradient.
+            self.fraction[*k] >= least
+                && self.undeformed.fraction_of(&self.place(*k), &Mat3::identity()) >= least
+                && self.back(*k).determinant() > 0.0
+        };
+        (0..self.fraction.len()).filter(enough).collect()
+    }
+
+    /// Particles at the `kept` nodes with the volumes of their cells that hold the body, and the volume of `shares` that went to them
+    /// from nodes without a particle.
+    fn particles(&self, kept: &[usize], shares: &NodeValues<3>) -> (LatticeParticles, f64) {
+        let (body, mut shares) = (self.undeformed, shares.clone());
+        let cell = body.lattice.spacing.powi(body.dimension as i32);
+        let numbers: Vec<usize> = kept.iter().filter_map(|&k| shares.number(self.arrived.nodes[k])).collect();
+        let mut keep = vec![false; shares.len()];
+        for number in &numbers {
+            keep[*number] = true;
+        }
+        let folded = fold(&mut shares, &keep, FOLD_REACH);
+        let places: Vec<Vec3> = kept.iter().map(|k| self.place(*k)).collect();
+        let particles = LatticeParticles::new(
+            kept.iter().map(|k| self.arrived.nodes[*k]),
+            &places,
+            numbers.iter().map(|number| shares.values[*number] * cell),
+            body.cut_at(places.iter()),
+        );
+        (particles, folded.moved[0] * cell)
+    }
+
+    /// Columns of what the particles at the `kept` nodes carry.
+    fn columns(&self, kept: &[usize], first: usize, components: usize) -> Column {
+        let value = |c: usize, k: &usize| self.arrived.values[k * self.columns + first + c];
+        let values = (0..components).flat_map(|c| kept.iter().map(move |k| value(c, k)));
+        Column::from_vec(values.collect(), kept.len())
+    }
+}
+
+/// Drops the nodes for which that is true.
+fn drop_those(kept: &mut Vec<usize>, dropped: &[bool]) {
+    let mut dropped = dropped.iter();
+    kept.retain(|_| dropped.next() != Some(&true));
+}
+
 /// A solid remeshed.
 #[derive(Debug)]
 pub(super) struct RemeshedSolid {
@@ -129,7 +215,7 @@ impl Undeformed {
         places.map(|x| is_cut(self.fraction_of(x, &Mat3::identity()))).collect()
     }
 
-    /// Lays the particles anew that started at `nodes`; `fields` are what they carry, the displacement
+    /// Particles on the lattice where those are now that started at `nodes`; `fields` are what they carry, the displacement
     /// first and the velocity second.
     ///
     /// # Errors
@@ -143,109 +229,103 @@ impl Undeformed {
         time: f64,
         surface: &TriangleMesh,
     ) -> Result<RemeshedSolid, SolidRemeshError> {
-        let (n, cell) = (particles.len(), self.lattice.spacing.powi(self.dimension as i32));
+        let arrivals = self.arrivals(setup.remesh.kernel, nodes, particles, fields)?;
+        let shares = arrivals.shares()?;
+        let mut kept = arrivals.with_particles();
+        let mut lost = 0.0;
+        loop {
+            if kept.is_empty() {
+                return Err(SolidRemeshError::Volume(1.0));
+            }
+            let (mut lattice_particles, folded_mass) = arrivals.particles(&kept, &shares);
+            let u = arrivals.columns(&kept, 0, 3);
+            let gradient = lattice_particles
+                .elastic(setup, &self.lattice, held, surface, true)?
+                .gradient(time, u.values());
+            let stray: Vec<bool> = (kept.par_iter().zip(&gradient))
+                .map(|(k, g)| strays(&arrivals.back(*k), &(Mat3::identity() - g)))
+                .collect();
+            if stray.contains(&true) {
+                drop_those(&mut kept, &stray);
+                continue;
+            }
+            let rescaling = self.weigh(&mut lattice_particles, &gradient)?;
+            let (mut elastic, quadrature) =
+                self.deformed(setup, &lattice_particles, held, time, u.values(), surface)?;
+            elastic.linearise(time, u.values());
+            let inverted = elastic.inverted_in_state();
+            if let Some(first) = inverted.iter().position(|inverted| *inverted) {
+                let volume =
+                    lattice_particles.volume.iter().zip(&inverted).filter(|(_, inverted)| **inverted);
+                lost += volume.map(|(v, _)| v).sum::<f64>();
+                if lost > WORST_LOSS * self.volume {
+                    return Err(SolidRemeshError::Inverted(lattice_particles.reference.vector(first)));
+                }
+                drop_those(&mut kept, &inverted);
+                continue;
+            }
+            let mut new = Particles::new(kept.len());
+            let mut first = 0;
+            for field in fields {
+                let components = field.spec().components;
+                new.set(*field, arrivals.columns(&kept, first, components));
+                first += components;
+            }
+            new.set(Field::Reference, lattice_particles.reference.clone());
+            new.set(Field::Mass, Column::shared(Arc::clone(&elastic.mass), kept.len()));
+            new.set(Field::Volume, Column::shared(Arc::clone(&lattice_particles.volume), kept.len()));
+            return Ok(RemeshedSolid {
+                around: arrivals.around(),
+                lattice_particles,
+                elastic,
+                quadrature,
+                particles: new,
+                folded_mass: folded_mass * setup.material.density(),
+                rescaling,
+            });
+        }
+    }
+
+    /// What `particles` that started at `nodes` carry, at the nodes around where they are now.
+    fn arrivals(
+        &self,
+        kernel: RemeshKernel,
+        nodes: &[[i64; 3]],
+        particles: &Particles,
+        fields: &[Field],
+    ) -> Result<Arrivals<'_>, RemeshError> {
+        let n = particles.len();
         let (x0, u) = (particles.column(Field::Reference), particles.column(Field::Displacement));
         let shift: Vec<Vec3> =
             (0..n).map(|a| x0.vector(a) + u.vector(a) - self.lattice.position(nodes[a])).collect();
         let components: Vec<(Field, usize)> =
             fields.iter().flat_map(|f| (0..f.spec().components).map(|c| (*f, c))).collect();
-        let mut values = Vec::with_capacity(n * components.len());
+        let columns = components.len();
+        let mut values = Vec::with_capacity(n * columns);
         for a in 0..n {
             values.extend(components.iter().map(|(f, c)| particles.column(*f).component(*c)[a]));
         }
-        let columns = components.len();
-        let kernel = setup.remesh.kernel;
-        let NodeLattice { origin, spacing } = self.lattice;
-        let shift = &shift;
-        let values = &values;
+        let (NodeLattice { origin, spacing }, shift, values) = (self.lattice, &shift, &values);
         let arrived = match self.dimension {
             2 => Carried::<2> { lattice: NodeLattice { origin, spacing }, nodes, shift, columns, values }
                 .follow(kernel),
             _ => Carried { lattice: self.lattice, nodes, shift, columns, values }.follow(kernel),
         }?;
+        let mut arrivals = Arrivals { undeformed: self, arrived, columns, fraction: Vec::new() };
+        let fraction = |k: usize| self.fraction_of(&arrivals.place(k), &arrivals.back(k));
+        arrivals.fraction = (0..arrivals.arrived.nodes.len()).into_par_iter().map(fraction).collect();
+        Ok(arrivals)
+    }
 
-        // Where each node was in the undeformed body, dX/dx there, and how much of its cell holds the body.
-        let count = arrived.nodes.len();
-        let place = |k: usize| {
-            let x = self.lattice.position(arrived.nodes[k]);
-            x - Vec3::from_column_slice(&arrived.values[k * columns..k * columns + 3])
-        };
-        let back = |k: usize| Mat3::identity() - arrived.gradients[k];
-        let fraction: Vec<f64> =
-            (0..count).into_par_iter().map(|k| self.fraction_of(&place(k), &back(k))).collect();
-        let inside: Vec<usize> = (0..count).filter(|k| fraction[*k] > 0.0).collect();
-        let nodes: Vec<[i64; 3]> = inside.iter().map(|&k| arrived.nodes[k]).collect();
-        let shares: Vec<f64> = inside.iter().map(|&k| fraction[k]).collect();
-        let shares = NodeValues::from_nodes(self.lattice, &nodes, 1, &shares)?;
-
-        // Which nodes hold a particle.
-        let least = MIN_FRACTION * (1.0 - 1e-9);
-        let enough = |k: &usize| {
-            // Far outside of its neighbours a node of a squeezed rim has no gradient.
-            fraction[*k] >= least
-                && self.fraction_of(&place(*k), &Mat3::identity()) >= least
-                && back(*k).determinant() > 0.0
-        };
-        let mut kept: Vec<usize> = inside.into_iter().filter(enough).collect();
-        let (mut lattice_particles, gradient, folded) = loop {
-            if kept.is_empty() {
-                return Err(SolidRemeshError::Volume(1.0));
-            }
-            let mut shares = shares.clone();
-            let mut keep = vec![false; shares.len()];
-            let numbers: Vec<usize> = kept.iter().filter_map(|&k| shares.number(arrived.nodes[k])).collect();
-            for number in &numbers {
-                keep[*number] = true;
-            }
-            let folded = fold(&mut shares, &keep, FOLD_REACH);
-            let undeformed: Vec<Vec3> = kept.iter().map(|k| place(*k)).collect();
-            let lattice_particles = LatticeParticles::new(
-                kept.iter().map(|k| arrived.nodes[*k]),
-                &undeformed,
-                numbers.iter().map(|number| shares.values[*number] * cell),
-                self.cut_at(undeformed.iter()),
-            );
-            let len = kept.len();
-            let mut u = vec![0.0; 3 * len];
-            for (a, k) in kept.iter().enumerate() {
-                (0..3).for_each(|i| u[i * len + a] = arrived.values[k * columns + i]);
-            }
-            let gradient =
-                lattice_particles.elastic(setup, &self.lattice, held, surface, true)?.gradient(time, &u);
-            let strays = |(k, g): (&usize, &Mat3)| strays(&back(*k), &(Mat3::identity() - g));
-            let stray: Vec<bool> = kept.par_iter().zip(&gradient).map(strays).collect();
-            if !stray.contains(&true) {
-                break (lattice_particles, gradient, folded);
-            }
-            let mut stray = stray.into_iter();
-            kept.retain(|_| stray.next() != Some(true));
-        };
-        let len = kept.len();
-        let column = |first: usize, components: usize| {
-            let mut data = vec![0.0; components * len];
-            for (a, k) in kept.iter().enumerate() {
-                for c in 0..components {
-                    data[c * len + a] = arrived.values[k * columns + first + c];
-                }
-            }
-            Column::from_vec(data, len)
-        };
-        let mut new = Particles::new(len);
-        let mut first = 0;
-        for field in fields {
-            new.set(*field, column(first, field.spec().components));
-            first += field.spec().components;
-        }
-        let u = new.column(Field::Displacement).values();
-
-        // A cell of the deformed body holds det(dX/dx) times its volume of the undeformed one.
-        let volume = Arc::make_mut(&mut lattice_particles.volume);
-        for (a, g) in gradient.iter().enumerate() {
-            let share = (Mat3::identity() - g).determinant();
-            if share.is_nan() || share <= 0.0 {
-                return Err(SolidRemeshError::Inverted(lattice_particles.reference.vector(a)));
-            }
-            volume[a] *= share;
+    /// Turns the volumes of particles with those gradients of u from those of their cells, of the deformed body, into those of the
+    /// undeformed one, and multiplies them so that their sum stays; returns by how much, less 1.
+    ///
+    /// # Errors
+    /// A body that has torn.
+    fn weigh(&self, particles: &mut LatticeParticles, gradient: &[Mat3]) -> Result<f64, SolidRemeshError> {
+        let volume = Arc::make_mut(&mut particles.volume);
+        for (v, g) in volume.iter_mut().zip(gradient) {
+            *v *= (Mat3::identity() - g).determinant();
         }
         let scale = self.volume / volume.iter().sum::<f64>();
         if scale.is_nan() || (scale - 1.0).abs() > WORST_VOLUME {
@@ -254,22 +334,7 @@ impl Undeformed {
         for v in volume {
             *v *= scale;
         }
-        let (elastic, quadrature) = self.deformed(setup, &lattice_particles, held, time, u, surface)?;
-        new.set(Field::Reference, lattice_particles.reference.clone());
-        new.set(Field::Mass, Column::shared(Arc::clone(&elastic.mass), len));
-        new.set(Field::Volume, Column::shared(Arc::clone(&lattice_particles.volume), len));
-        let folded_mass = folded.moved[0] * cell * setup.material.density();
-        let undeformed = (0..count).map(place).collect();
-        let around = (arrived.nodes, undeformed);
-        Ok(RemeshedSolid {
-            around,
-            lattice_particles,
-            elastic,
-            quadrature,
-            particles: new,
-            folded_mass,
-            rescaling: scale - 1.0,
-        })
+        Ok(scale - 1.0)
     }
 
     /// The dynamics, without loads, of particles remeshed at `time` with the displacement `u`, and the undeformed
