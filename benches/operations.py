@@ -5,7 +5,7 @@ An operation is an addition, multiplication or multiply-add of one lane; each ta
 
 # Largest |o|^2 of the offsets by number of neighbours.
 CUTS = {122: 9, 26: 3}
-# At each particle between the sums: stress of a linear solid and T (dynamics/elastic/linear.rs).
+# At each particle between the sums: stress of a linear solid and T (dynamics/solid/linear.rs).
 POINTWISE = 12 + 27 + 6 + 12 + 6 + 2 + 27 + 18 + 6
 # Bytes of a right-hand side that come from or go to memory, if caches keep what a sweep needs:
 # spread 56 + 24, gradient 24 + 88 + 96, adjoint 72 + 24, forces 112 + 24, and 48 to copy v; results

@@ -5,7 +5,7 @@ use rsph_core::boundary::fixed::Fixed;
 use rsph_core::boundary::fold::Folds;
 use rsph_core::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature};
 use rsph_core::dynamics::Scales;
-use rsph_core::dynamics::elastic::Elastic;
+use rsph_core::dynamics::solid::Solid;
 use rsph_core::lattice::Lattice;
 use rsph_core::material::KelvinVoigt;
 use rsph_core::mls::Cloud;
@@ -21,7 +21,7 @@ use std::sync::Arc;
 
 /// A body with its hierarchy and a residual.
 pub struct Cycle {
-    elastic: Elastic,
+    solid: Solid,
     multigrid: Multigrid,
     residual: Vec<f64>,
     correction: Vec<f64>,
@@ -49,18 +49,18 @@ impl Cycle {
             SurfaceQuadrature::new(cube.surface(), 3, spacing, &particles, &constraints.holds, &held);
         let material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).expect("liver"));
         let hourglass = Solver::ACCURATE.hourglass_modulus(100.0);
-        let mut elastic = Elastic::new(lattice, &body.volume, Fixed::default(), material, hourglass)
+        let mut solid = Solid::new(lattice, &body.volume, Fixed::default(), material, hourglass)
             .folded(folds, &constraints.holds)
             .with_surface(&surface, &constraints.holds, &body.cut(), &positions);
-        let multigrid = Multigrid::new(&mut elastic);
+        let multigrid = Multigrid::new(&mut solid);
         let mut residual = vec![0.0; 3 * n.pow(3)];
         noise(&mut residual);
-        Self { elastic, multigrid, correction: residual.clone(), residual }
+        Self { solid, multigrid, correction: residual.clone(), residual }
     }
 
     /// Applies the preconditioner once.
     pub fn run(&mut self) {
-        let mut stiffness = Shifted { elastic: &mut self.elastic, scales: Scales::STATIC };
+        let mut stiffness = Shifted { solid: &mut self.solid, scales: Scales::STATIC };
         self.multigrid.apply(&mut stiffness, &self.residual, &mut self.correction);
     }
 }

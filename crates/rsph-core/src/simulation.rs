@@ -37,7 +37,7 @@ use fsi_1d::FluidBesideSolid;
 use model::{Model, Moment, Parts};
 use prescribed::PrescribedBody;
 use remeshing::Remeshing;
-use solid::Solid;
+use solid::SolidBody;
 use time_step::choose_pace;
 
 /// Names and SI units of the readings that a kind of body adds to those of its probes, in order.
@@ -160,7 +160,7 @@ impl Simulation {
     pub fn new(setup: Setup) -> Result<Self, InvalidInput> {
         checks::check_solver(&setup.solver)?;
         let parts = match &setup.mechanics {
-            Mechanics::Solid => Solid::parts(&setup)?,
+            Mechanics::Solid => SolidBody::parts(&setup)?,
             Mechanics::Prescribed(prescription) => PrescribedBody::parts(&setup, prescription)?,
             Mechanics::Interaction(setting) => FluidBesideSolid::parts(&setup, setting)?,
         };
@@ -441,7 +441,7 @@ impl Simulation {
         let mut setup = self.setup.clone();
         (setup.integration, setup.time_step) = (integration, step);
         let dynamics = self.model.dynamics_mut();
-        let Some(elastic) = dynamics.elastic() else {
+        let Some(solid) = dynamics.solid() else {
             return Err(InvalidInput::new(
                 "time.integrator",
                 integration.scheme.name(),
@@ -449,8 +449,8 @@ impl Simulation {
                 "leave it out",
             ));
         };
-        elastic.linearise(self.time, self.particles.column(Field::Displacement).values());
-        let limit = step_limit(elastic);
+        solid.linearise(self.time, self.particles.column(Field::Displacement).values());
+        let limit = step_limit(solid);
         let pace = choose_pace(&setup, &limit, true)?;
         self.description.scheme = pace.scheme;
         self.description.scheme_reason = pace.reason;
@@ -465,12 +465,12 @@ impl Simulation {
     /// K u of a displacement field (component by component), in newtons, held components zero, K the tangent stiffness of this
     /// moment; `None` if the body has no stiffness.
     pub fn stiffness(&mut self, u: &[f64]) -> Option<Vec<f64>> {
-        let elastic = self.model.dynamics_mut().elastic()?;
-        elastic.linearise(self.time, self.particles.column(Field::Displacement).values());
+        let solid = self.model.dynamics_mut().solid()?;
+        solid.linearise(self.time, self.particles.column(Field::Displacement).values());
         let mut free = u.to_vec();
-        elastic.fixed.zero(&mut free, u.len() / 3);
+        solid.fixed.zero(&mut free, u.len() / 3);
         let mut force = vec![0.0; u.len()];
-        elastic.apply(Scales::STATIC, &free, &mut force);
+        solid.apply(Scales::STATIC, &free, &mut force);
         Some(force)
     }
 

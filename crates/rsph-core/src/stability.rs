@@ -2,7 +2,7 @@
 
 use crate::boundary::fixed::Fixed;
 use crate::dynamics::Scales;
-use crate::dynamics::elastic::Elastic;
+use crate::dynamics::solid::Solid;
 use crate::solve::spectrum;
 
 /// Lanczos steps; the largest eigenvalue of an SPH operator on a lattice is found to 0.1 % in about
@@ -32,10 +32,10 @@ pub struct StepLimit {
 }
 
 /// dt_limit = min(2.78 / (T kappa), 2.6 / sqrt(kappa)) about the state of the tangent, 0.6 of it where the law is not linear.
-pub fn step_limit(elastic: &mut Elastic) -> StepLimit {
-    let relaxation_time = elastic.material.relaxation_time();
-    let share = if elastic.is_linear() { 1.0 } else { STEP_SAFETY };
-    limit(largest_eigenvalue(elastic), relaxation_time, share)
+pub fn step_limit(solid: &mut Solid) -> StepLimit {
+    let relaxation_time = solid.material.relaxation_time();
+    let share = if solid.is_linear() { 1.0 } else { STEP_SAFETY };
+    limit(largest_eigenvalue(solid), relaxation_time, share)
 }
 
 fn limit(kappa: f64, relaxation_time: f64, share: f64) -> StepLimit {
@@ -45,9 +45,9 @@ fn limit(kappa: f64, relaxation_time: f64, share: f64) -> StepLimit {
 }
 
 /// Largest eigenvalue of M^-1 K.
-pub fn largest_eigenvalue(elastic: &mut Elastic) -> f64 {
-    let (mass, fixed) = (elastic.mass.clone(), elastic.fixed.clone());
-    largest(&mass, &fixed, &mut |x, y| elastic.apply(Scales::STATIC, x, y))
+pub fn largest_eigenvalue(solid: &mut Solid) -> f64 {
+    let (mass, fixed) = (solid.mass.clone(), solid.fixed.clone());
+    largest(&mass, &fixed, &mut |x, y| solid.apply(Scales::STATIC, x, y))
 }
 
 /// The same where `apply(x, y)` sets y = K x.

@@ -96,7 +96,7 @@ fn interpolation_is_the_plain_sum_inside_and_exact_at_the_surface() {
     let values: Vec<f64> = body.positions.iter().map(field).collect();
     let column = Column::from_vec(values.clone(), values.len());
     let points = [Vec3::new(0.47, 0.52, 0.5), Vec3::new(0.0, 0.3, 1.0), Vec3::repeat(1.0)];
-    let lattice = &body.elastic.lattice;
+    let lattice = &body.solid.lattice;
     let volume = vec![body.spacing.powi(3); values.len()];
     let weights = PointWeights::new(&Cloud::new(&body.positions, &volume, lattice.spacing), &points);
     for (i, x) in points.iter().enumerate() {

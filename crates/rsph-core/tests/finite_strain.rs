@@ -72,7 +72,7 @@ fn folded_body(material: &Arc<dyn Material>, smoothing: f64, dimension: usize, r
     let moved = remeshed.then_some(&moved as &dyn Fn(&Vec3) -> Vec3);
     let spacing = Resolution::Spacing(0.15);
     let body = remeshed_body(Arc::clone(material), shape, spacing, (smoothing, 1.0), &boundaries, moved);
-    assert_eq!(body.elastic.lift.folds.mirrors().len(), 2);
+    assert_eq!(body.solid.lift.folds.mirrors().len(), 2);
     body
 }
 
@@ -124,13 +124,13 @@ fn the_force_is_minus_the_derivative_of_the_energy() {
             let n = 3 * body.positions.len();
             let u = deformed(&body, dimension, 3);
             let mut direction = Noise(5).column(n);
-            body.elastic.fixed.zero(&mut direction, n / 3);
+            body.solid.fixed.zero(&mut direction, n / 3);
             let mut force = vec![0.0; n];
-            body.elastic.force_at_rest(0.0, 1.0, &u, &mut force);
-            assert!(body.elastic.inverted().is_none());
+            body.solid.force_at_rest(0.0, 1.0, &u, &mut force);
+            assert!(body.solid.inverted().is_none());
             let mut energy = |s: f64| {
                 let moved: Vec<f64> = u.iter().zip(&direction).map(|(u, d)| u + s * d).collect();
-                body.elastic.elastic_energy(0.0, 1.0, &moved)
+                body.solid.elastic_energy(0.0, 1.0, &moved)
             };
             // Fourth order.
             let e = 2e-4;
@@ -152,18 +152,18 @@ fn the_tangent_is_the_derivative_of_the_force_and_symmetric() {
         let n = 3 * body.positions.len();
         let u = deformed(&body, dimension, 3);
         let (mut x, mut y) = (Noise(7).column(n), Noise(11).column(n));
-        body.elastic.fixed.zero(&mut x, n / 3);
-        body.elastic.fixed.zero(&mut y, n / 3);
-        body.elastic.linearise(0.0, &u);
+        body.solid.fixed.zero(&mut x, n / 3);
+        body.solid.fixed.zero(&mut y, n / 3);
+        body.solid.linearise(0.0, &u);
         let (mut kx, mut ky) = (vec![0.0; n], vec![0.0; n]);
-        body.elastic.apply(Scales::STATIC, &x, &mut kx);
-        body.elastic.apply(Scales::STATIC, &y, &mut ky);
+        body.solid.apply(Scales::STATIC, &x, &mut kx);
+        body.solid.apply(Scales::STATIC, &y, &mut ky);
         let (xy, yx) = (dot(&kx, &y), dot(&ky, &x));
         assert!((xy - yx).abs() < 1e-12 * dot(&kx, &kx).sqrt() * dot(&y, &y).sqrt(), "{}", material.name());
         let mut force = |s: f64| {
             let moved: Vec<f64> = u.iter().zip(&x).map(|(u, d)| u + s * d).collect();
             let mut force = vec![0.0; n];
-            body.elastic.force_at_rest(0.0, 1.0, &moved, &mut force);
+            body.solid.force_at_rest(0.0, 1.0, &moved, &mut force);
             force
         };
         let e = 1e-5;
@@ -186,14 +186,14 @@ fn damping_is_the_derivative_of_the_force_by_the_velocity() {
             p.set(Field::Displacement, Column::from_vec(u.clone(), n));
             p.set(Field::Velocity, Column::from_vec(v.iter().map(|v| v * s).collect(), n));
             let mut rates = [Column::zeros(3, n), Column::zeros(3, n)];
-            body.elastic.rates(0.0, &p, &mut rates);
+            body.solid.rates(0.0, &p, &mut rates);
             rates[1].values().to_vec()
         };
         let (moving, still) = (acceleration(1.0), acceleration(0.0));
-        body.elastic.linearise(0.0, &u);
+        body.solid.linearise(0.0, &u);
         let mut damping = vec![0.0; 3 * n];
-        body.elastic.apply(Scales { damping: 1.0, ..Scales::default() }, &v, &mut damping);
-        let mass = &body.elastic.mass;
+        body.solid.apply(Scales { damping: 1.0, ..Scales::default() }, &v, &mut damping);
+        let mass = &body.solid.mass;
         let error: f64 =
             (0..3 * n).map(|k| ((moving[k] - still[k]) * mass[k % n] + damping[k]).powi(2)).sum();
         assert!(error.sqrt() < 1e-9 * dot(&damping, &damping).sqrt(), "{}: {error}", material.name());
@@ -219,23 +219,23 @@ fn a_turned_body_is_free_of_force_and_strain() {
         let kind = format!("{}, {dimension}D, remeshed: {remeshed}", material.name());
 
         let mut force = vec![0.0; 3 * n];
-        body.elastic.force_at_rest(0.0, 1.0, still.values(), &mut force);
+        body.solid.force_at_rest(0.0, 1.0, still.values(), &mut force);
         assert!(force.iter().all(|f| f.abs() < 1e-11), "{kind}");
-        assert!(body.elastic.elastic_energy(0.0, 1.0, still.values()).abs() < 1e-11, "{kind}");
+        assert!(body.solid.elastic_energy(0.0, 1.0, still.values()).abs() < 1e-11, "{kind}");
         let mut p = Particles::new(n);
         p.set(Field::Displacement, still);
         p.set(Field::Velocity, Column::zeros(3, n));
         p.set(Field::Volume, Column::from_vec(vec![1.0; n], n));
-        body.elastic.derive(0.0, &mut p);
+        body.solid.derive(0.0, &mut p);
         assert!(p.column(Field::Strain).values().iter().all(|e| e.abs() < 1e-11), "{kind}");
 
         // Deformed as well: the same energy, turned forces, without a moment.
-        let energy = body.elastic.elastic_energy(0.0, 1.0, u.values());
-        let again = body.elastic.elastic_energy(0.0, 1.0, turned_u.values());
+        let energy = body.solid.elastic_energy(0.0, 1.0, u.values());
+        let again = body.solid.elastic_energy(0.0, 1.0, turned_u.values());
         assert!(energy > 1e-3 && (again - energy).abs() < 1e-11 * energy, "{kind}: {energy} {again}");
         let mut turned_force = force.clone();
-        body.elastic.force_at_rest(0.0, 1.0, u.values(), &mut force);
-        body.elastic.force_at_rest(0.0, 1.0, turned_u.values(), &mut turned_force);
+        body.solid.force_at_rest(0.0, 1.0, u.values(), &mut force);
+        body.solid.force_at_rest(0.0, 1.0, turned_u.values(), &mut turned_force);
         let at = |f: &[f64], a: usize| Vec3::new(f[a], f[n + a], f[2 * n + a]);
         let size = dot(&force, &force).sqrt();
         let (mut total, mut moment) = (Vec3::zeros(), Vec3::zeros());
@@ -258,7 +258,7 @@ fn a_uniform_deformation_balances_its_nominal_tractions() {
         let n = body.positions.len();
         let u: Vec<Vec3> = body.positions.iter().map(|x| f * x - x).collect();
         let mut force = vec![0.0; 3 * n];
-        body.elastic.force_at_rest(0.0, 1.0, Column::from_vectors(&u).values(), &mut force);
+        body.solid.force_at_rest(0.0, 1.0, Column::from_vectors(&u).values(), &mut force);
         let piola = law.first_piola(&f);
         let traction = |p: &SurfacePoint| piola * p.normal;
         let traction =

@@ -43,7 +43,7 @@ fn patch_test_linear_displacement_gives_its_strain_everywhere() {
         let mut body = ball(smoothing);
         let n = body.positions.len();
         let u = linear_field(&body, &g);
-        let strain = body.elastic.strain(0.0, &u);
+        let strain = body.solid.strain(0.0, &u);
         for a in 0..n {
             for c in 0..6 {
                 assert!((strain[c * n + a] - expected.0[c]).abs() < 1e-11, "particle {a} component {c}");
@@ -61,9 +61,9 @@ fn translation_and_small_rotation_are_strain_and_force_free() {
     for u in &mut u {
         *u += 0.7;
     }
-    assert!(body.elastic.strain(0.0, &u).iter().all(|e| e.abs() < 1e-12));
+    assert!(body.solid.strain(0.0, &u).iter().all(|e| e.abs() < 1e-12));
     let mut force = vec![0.0; 3 * n];
-    body.elastic.force_of(&u, &mut force);
+    body.solid.force_of(&u, &mut force);
     assert!(force.iter().all(|f| f.abs() < 1e-12));
 }
 
@@ -82,7 +82,7 @@ fn uniform_strain_next_to_a_clamp_and_a_roller_is_exact() {
             let mut body = held_cube(7, smoothing, 0.3, &[boundary]);
             let n = body.positions.len();
             let u = linear_field(&body, &g);
-            let strain = body.elastic.strain(0.0, &u);
+            let strain = body.solid.strain(0.0, &u);
             let expected = SymTensor::symmetric_part(&g);
             for a in 0..n {
                 for c in 0..6 {
@@ -124,8 +124,8 @@ fn stiffness_is_symmetric() {
         let mut noise = Noise(7);
         let (x, y) = (noise.column(n), noise.column(n));
         let (mut kx, mut ky) = (vec![0.0; n], vec![0.0; n]);
-        body.elastic.force_of(&x, &mut kx);
-        body.elastic.force_of(&y, &mut ky);
+        body.solid.force_of(&x, &mut kx);
+        body.solid.force_of(&y, &mut ky);
         let scale = dot(&kx, &kx).sqrt() * dot(&y, &y).sqrt();
         assert!((dot(&kx, &y) - dot(&ky, &x)).abs() < 1e-12 * scale);
     }
@@ -146,11 +146,11 @@ fn force_is_minus_the_derivative_of_the_energy() {
         let mut noise = Noise(11);
         let (u, direction) = (noise.column(n), noise.column(n));
         let mut force = vec![0.0; n];
-        body.elastic.force_of(&u, &mut force);
+        body.solid.force_of(&u, &mut force);
         let mut energy = |s: f64| {
             let moved = u.iter().zip(&direction).map(|(u, d)| u + s * d).collect();
             let p = particles(&body, moved);
-            body.elastic.energy(0.0, &p).elastic
+            body.solid.energy(0.0, &p).elastic
         };
         // The energy is quadratic: central differences are exact.
         let derivative = (energy(0.5) - energy(-0.5)) / 1.0;
@@ -173,11 +173,11 @@ fn the_power_of_moved_faces_is_the_rate_of_the_energy() {
             let n = body.positions.len();
             let p = particles(&body, Noise(3).column(3 * n));
             let mut rates = [Column::zeros(3, n), Column::zeros(3, n)];
-            let sums = body.elastic.rates(0.4, &p, &mut rates);
-            let internal: Vec3 = (0..n).map(|a| rates[1].vector(a) * body.elastic.mass[a]).sum();
+            let sums = body.solid.rates(0.4, &p, &mut rates);
+            let internal: Vec3 = (0..n).map(|a| rates[1].vector(a) * body.solid.mass[a]).sum();
             // What the body exerts on all faces together; a roller at rest does no work.
-            assert!((internal - sums.reaction).norm() < 1e-12 * body.elastic.mass.len() as f64);
-            let mut energy = |t: f64| body.elastic.energy(t, &p).elastic;
+            assert!((internal - sums.reaction).norm() < 1e-12 * body.solid.mass.len() as f64);
+            let mut energy = |t: f64| body.solid.energy(t, &p).elastic;
             let rate = (energy(0.6) - energy(0.2)) / 0.4;
             assert_relative_eq!(rate, sums.power, max_relative = 1e-10);
         }
@@ -190,7 +190,7 @@ fn stiffness(body: &mut TestBody) -> DMatrix<f64> {
     let mut k = DMatrix::zeros(n, n);
     for j in 0..n {
         unit[j] = 1.0;
-        body.elastic.force_of(&unit, &mut column);
+        body.solid.force_of(&unit, &mut column);
         unit[j] = 0.0;
         for i in 0..n {
             k[(i, j)] = -column[i];
@@ -211,10 +211,10 @@ fn no_negative_eigenvalue_on_held_bodies_and_six_zeros_on_a_free_one() {
         assert!(eigenvalues[..zeros].iter().all(|e| e.abs() < 1e-12 * largest), "{:?}", &eigenvalues[..7]);
         assert!(eigenvalues[zeros] > 1e-4 * largest, "{:?}", &eigenvalues[..7]);
         // Lanczos finds the largest one of M^-1 K.
-        let root = |i: usize| body.elastic.mass[i % body.positions.len()].sqrt();
+        let root = |i: usize| body.solid.mass[i % body.positions.len()].sqrt();
         let scaled = DMatrix::from_fn(k.nrows(), k.ncols(), |i, j| k[(i, j)] / (root(i) * root(j)));
         let exact = scaled.symmetric_eigenvalues().max();
-        let lanczos = rsph_core::stability::largest_eigenvalue(&mut body.elastic);
+        let lanczos = rsph_core::stability::largest_eigenvalue(&mut body.solid);
         assert!((lanczos / exact - 1.0).abs() < 2e-3, "Lanczos {lanczos} for {exact}");
     }
 }
@@ -231,7 +231,7 @@ fn diagonal_blocks_are_those_of_the_stiffness() {
     ] {
         let k = stiffness(&mut body);
         let n = body.positions.len();
-        for (a, block) in rsph_core::solve::blocks::diagonal_blocks(&body.elastic).iter().enumerate() {
+        for (a, block) in rsph_core::solve::blocks::diagonal_blocks(&body.solid).iter().enumerate() {
             for i in 0..3 {
                 for j in 0..3 {
                     let error = block[(i, j)] - k[(i * n + a, j * n + a)];
@@ -248,7 +248,7 @@ fn internal_forces_of_a_free_body_have_no_resultant_and_no_moment() {
     let n = body.positions.len();
     let u = Noise(5).column(3 * n);
     let mut force = vec![0.0; 3 * n];
-    body.elastic.force_of(&u, &mut force);
+    body.solid.force_of(&u, &mut force);
     let f = Column::from_vec(force, n);
     let scale: f64 = (0..n).map(|a| f.vector(a).norm()).sum();
     let total: Vec3 = (0..n).map(|a| f.vector(a)).sum();
@@ -291,7 +291,7 @@ fn a_constant_stress_balances_its_tractions() {
         let load = load(&body, |p| sigma.dot(&p.normal));
         let u = linear_field(&body, &strain.to_matrix());
         let mut force = vec![0.0; n];
-        body.elastic.force_of(&u, &mut force);
+        body.solid.force_of(&u, &mut force);
         let residual: Vec<f64> = force.iter().zip(&load).map(|(f, l)| f + l).collect();
         let ratio = (dot(&residual, &residual) / dot(&load, &load)).sqrt();
         println!("out of balance: {ratio:.1e}");
@@ -304,7 +304,7 @@ fn static_extension(n: usize, smoothing: f64, nu: f64) -> f64 {
     let mut body = clamped_cube(n, smoothing, nu);
     let count = body.positions.len();
     let load = load(&body, |p| if p.normal.z > 0.5 { Vec3::z() } else { Vec3::zeros() });
-    let u = solve(&mut body.elastic, &load);
+    let u = solve(&mut body.solid, &load);
     100.0 * load[2 * count..].iter().zip(&u[2 * count..]).map(|(f, u)| f * u).sum::<f64>()
 }
 

@@ -87,7 +87,7 @@ fn a_moved_plate_strains_a_bar_uniformly() {
         assert!((e - 0.01).abs() < 1e-6, "strain {e}");
     }
     let sums = simulation.conservation();
-    // Elastic energy E e^2 / 2 of the unit cube; the rest of the work went into the viscosity.
+    // Solid energy E e^2 / 2 of the unit cube; the rest of the work went into the viscosity.
     assert!((sums.elastic_energy - 0.5 * 100.0 * 1e-4).abs() < 1e-6, "{}", sums.elastic_energy);
     assert!(sums.dissipated > 0.0 && sums.external_work > sums.elastic_energy);
     assert!(sums.momentum_error < 1e-11, "{}", sums.momentum_error);

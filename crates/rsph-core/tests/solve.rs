@@ -7,7 +7,7 @@ use common::{Noise, TestBody, ball, body, clamped_cube, face, held_cube, solve};
 use proptest::prelude::*;
 use rsph_core::boundary::fixed::{Fixed, FixedParticle};
 use rsph_core::dynamics::Scales;
-use rsph_core::dynamics::elastic::Elastic;
+use rsph_core::dynamics::solid::Solid;
 use rsph_core::grid::Grid;
 use rsph_core::lattice::Lattice;
 use rsph_core::material::KelvinVoigt;
@@ -29,17 +29,17 @@ fn roller(axis: Axis) -> Boundary {
 fn held_ball(smoothing: f64) -> TestBody {
     let mut held = ball(smoothing);
     for (particle, _) in held.positions.iter().enumerate().filter(|(_, x)| x.z < 0.35) {
-        held.elastic.fixed.particles.push(FixedParticle { particle, fix: [true; 3], motion: None });
+        held.solid.fixed.particles.push(FixedParticle { particle, fix: [true; 3], motion: None });
     }
     held
 }
 
 /// Iterations from zero to a relative residual of 1e-6, with the solution.
-fn iterations(elastic: &mut Elastic, scales: Scales, load: &[f64]) -> (usize, Vec<f64>) {
-    let mut solver = LinearSolver::new(elastic);
+fn iterations(solid: &mut Solid, scales: Scales, load: &[f64]) -> (usize, Vec<f64>) {
+    let mut solver = LinearSolver::new(solid);
     let mut x = vec![0.0; load.len()];
     let goal = Goal { residual: 1e-6 * solver.norm(load), iterations: 200 };
-    let outcome = solver.solve(elastic, scales, load, &mut x, goal, &mut |_, _| true);
+    let outcome = solver.solve(solid, scales, load, &mut x, goal, &mut |_, _| true);
     assert!(outcome.converged);
     (outcome.iterations, x)
 }
@@ -48,10 +48,10 @@ fn smooth_load(body: &TestBody) -> Vec<f64> {
     let n = body.positions.len();
     let mut load = vec![0.0; 3 * n];
     for (a, x) in body.positions.iter().enumerate() {
-        let m = body.elastic.moments_of(a).volume;
+        let m = body.solid.moments_of(a).volume;
         (load[a], load[n + a], load[2 * n + a]) = (0.3 * m, -m * (5.0 * x.x).sin(), m * x.z);
     }
-    body.elastic.fixed.zero(&mut load, n);
+    body.solid.fixed.zero(&mut load, n);
     load
 }
 
@@ -59,8 +59,8 @@ fn smooth_load(body: &TestBody) -> Vec<f64> {
 fn the_solution_is_that_of_plain_conjugate_gradients() {
     for mut body in [held_ball(0.8), clamped_cube(7, 1.25, 0.3)] {
         let load = smooth_load(&body);
-        let exact = solve(&mut body.elastic, &load);
-        let (_, x) = iterations(&mut body.elastic, Scales::STATIC, &load);
+        let exact = solve(&mut body.solid, &load);
+        let (_, x) = iterations(&mut body.solid, Scales::STATIC, &load);
         let size = exact.iter().map(|x| x * x).sum::<f64>().sqrt();
         let error = x.iter().zip(&exact).map(|(x, e)| (x - e).powi(2)).sum::<f64>().sqrt();
         assert!(error < 1e-4 * size, "{}", error / size);
@@ -81,15 +81,15 @@ fn few_iterations_for_any_size_smoothing_and_material() {
     ] {
         let mut body = clamped_cube(n, smoothing, nu);
         let load = smooth_load(&body);
-        let (static_one, _) = iterations(&mut body.elastic, Scales::STATIC, &load);
+        let (static_one, _) = iterations(&mut body.solid, Scales::STATIC, &load);
         let (stage, _) =
-            iterations(&mut body.elastic, Scales { mass: 1.0, stiffness: 0.01, damping: 0.0 }, &load);
+            iterations(&mut body.solid, Scales { mass: 1.0, stiffness: 0.01, damping: 0.0 }, &load);
         println!("{n}^3, h = {smoothing} dx, nu = {nu}: {static_one}, in time {stage}");
         assert!(static_one <= 20 && stage <= 20, "{static_one} {stage}");
     }
     let mut held = held_ball(0.8);
     let load = smooth_load(&held);
-    assert!(iterations(&mut held.elastic, Scales::STATIC, &load).0 <= 20);
+    assert!(iterations(&mut held.solid, Scales::STATIC, &load).0 <= 20);
 }
 
 /// The lattice lies anywhere with respect to a clamp, along an axis or across them.
@@ -105,7 +105,7 @@ fn iterations_do_not_depend_on_where_a_clamp_crosses_the_lattice() {
                 let clamp = Boundary { region, fix: Fix::ALL, motion: None };
                 let mut body = body(shape, Resolution::Spacing(1.0 / 18.0), 0.8, 1.0, 0.3, &[clamp]);
                 let load = smooth_load(&body);
-                iterations(&mut body.elastic, Scales::STATIC, &load).0
+                iterations(&mut body.solid, Scales::STATIC, &load).0
             })
             .collect();
         println!("{iterations:?}");
@@ -119,7 +119,7 @@ fn iterations_towards_the_incompressible_limit() {
     for (nu, most) in [(0.45, 20), (0.49, 40), (0.499, 80)] {
         let mut body = clamped_cube(16, 0.8, nu);
         let load = smooth_load(&body);
-        let (found, _) = iterations(&mut body.elastic, Scales::STATIC, &load);
+        let (found, _) = iterations(&mut body.solid, Scales::STATIC, &load);
         println!("nu = {nu}: {found}");
         assert!(found <= most, "nu = {nu}: {found}");
     }
@@ -132,7 +132,7 @@ fn bits_do_not_depend_on_the_number_of_threads() {
         pool.install(|| {
             let mut body = held_ball(0.8);
             let load = smooth_load(&body);
-            iterations(&mut body.elastic, Scales { mass: 1.0, stiffness: 0.5, damping: 0.0 }, &load).1
+            iterations(&mut body.solid, Scales { mass: 1.0, stiffness: 0.5, damping: 0.0 }, &load).1
         })
     };
     let (one, three) = (on(1), on(3));
@@ -141,16 +141,16 @@ fn bits_do_not_depend_on_the_number_of_threads() {
 
 #[test]
 fn what_is_loose_is_named() {
-    let free = loose_pieces(&ball(0.8).elastic);
+    let free = loose_pieces(&ball(0.8).solid);
     assert_eq!(free.len(), 1);
     assert!(free[0].free && free[0].motions.len() == 6, "{free:?}");
 
     let sliding = held_cube(5, 0.8, 0.3, &[roller(Axis::X), roller(Axis::Y)]);
-    let found = loose_pieces(&sliding.elastic);
+    let found = loose_pieces(&sliding.solid);
     assert_eq!(found[0].motions, ["shifted along z"]);
 
     let hinged = held_cube(5, 0.8, 0.3, &[roller(Axis::Z)]);
-    let found = loose_pieces(&hinged.elastic);
+    let found = loose_pieces(&hinged.solid);
     assert_eq!(found[0].motions.len(), 3, "{found:?}");
     assert!(found[0].motions[2].starts_with("turned about an axis along z"), "{found:?}");
 
@@ -162,12 +162,12 @@ fn what_is_loose_is_named() {
     let fixed = Fixed { particles: particles.collect() };
     let lattice = Lattice::new(&grid, &cells, 0.8, 3);
     let material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap());
-    let two = Elastic::new(lattice, &vec![1e-3; cells.len()], fixed, material, 40.0);
+    let two = Solid::new(lattice, &vec![1e-3; cells.len()], fixed, material, 40.0);
     let found = loose_pieces(&two);
     assert_eq!((found.len(), found[0].particles, found[0].free), (1, 64, true));
     assert!((found[0].centre - Vec3::new(0.2, 0.2, 1.0)).norm() < 1e-12);
 
-    assert!(loose_pieces(&clamped_cube(4, 0.8, 0.3).elastic).is_empty());
+    assert!(loose_pieces(&clamped_cube(4, 0.8, 0.3).solid).is_empty());
 }
 
 proptest! {
@@ -179,12 +179,12 @@ proptest! {
         let n = 3 * body.positions.len();
         let mut noise = Noise(seed);
         let (mut x, mut y) = (noise.column(n), noise.column(n));
-        body.elastic.fixed.zero(&mut x, n / 3);
-        body.elastic.fixed.zero(&mut y, n / 3);
+        body.solid.fixed.zero(&mut x, n / 3);
+        body.solid.fixed.zero(&mut y, n / 3);
         let (mut ax, mut ay) = (vec![0.0; n], vec![0.0; n]);
         let scales = Scales { mass: m, stiffness: c, damping: 0.0 };
-        body.elastic.apply(scales, &x, &mut ax);
-        body.elastic.apply(scales, &y, &mut ay);
+        body.solid.apply(scales, &x, &mut ax);
+        body.solid.apply(scales, &y, &mut ay);
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         prop_assert!((dot(&ax, &y) - dot(&ay, &x)).abs() < 1e-11 * dot(&ax, &x).max(dot(&ay, &y)));
         prop_assert!(dot(&ax, &x) > 0.0);

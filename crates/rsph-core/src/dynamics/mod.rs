@@ -1,9 +1,9 @@
 //! What moves the particles: one dynamics a file.
 
-pub mod elastic;
 pub mod fsi_1d;
 pub mod paper;
 pub mod prescribed;
+pub mod solid;
 
 pub use crate::boundary::force_sums::{ForceSums, Imposed};
 use crate::boundary::nodal_load::NodalLoad;
@@ -14,7 +14,7 @@ use crate::particles::{Column, Field, Particles};
 pub struct Energy {
     /// Kinetic energy.
     pub kinetic: f64,
-    /// Elastic energy, that of the hourglass term included.
+    /// Solid energy, that of the hourglass term included.
     pub elastic: f64,
 }
 
@@ -94,7 +94,7 @@ pub trait Dynamics: std::fmt::Debug + Send + Sync {
     }
 
     /// The solid whose stiffness implicit and static solves use; `None`: there is none.
-    fn elastic(&mut self) -> Option<&mut elastic::Elastic> {
+    fn solid(&mut self) -> Option<&mut solid::Solid> {
         None
     }
 

@@ -69,19 +69,19 @@ impl Implicit {
     ) -> Self {
         let n = particles.len();
         let zeros = || vec![0.0; 3 * n];
-        let mut solver = dynamics.elastic().map(|elastic| {
-            let solver = LinearSolver::new(elastic);
+        let mut solver = dynamics.solid().map(|solid| {
+            let solver = LinearSolver::new(solid);
             // What is remembered is of one matrix.
-            if elastic.is_linear() { solver.with_history() } else { solver }
+            if solid.is_linear() { solver.with_history() } else { solver }
         });
         let mut scale = 0.0;
-        if let (Some(elastic), Some(solver), Some(_)) = (dynamics.elastic(), &mut solver, adaptive) {
+        if let (Some(solid), Some(solver), Some(_)) = (dynamics.solid(), &mut solver, adaptive) {
             // The displacement at rest under all loads, if the body is held.
-            let mut load = elastic.load_at(f64::MAX);
-            elastic.fixed.zero(&mut load, n);
+            let mut load = solid.load_at(f64::MAX);
+            solid.fixed.zero(&mut load, n);
             let mut rest = zeros();
             let goal = Goal { residual: 0.01 * solver.norm(&load), iterations: 100 };
-            let outcome = solver.solve(elastic, Scales::STATIC, &load, &mut rest, goal, &mut |_, _| true);
+            let outcome = solver.solve(solid, Scales::STATIC, &load, &mut rest, goal, &mut |_, _| true);
             if outcome.converged {
                 scale = solver.norm(&rest);
             }
@@ -114,24 +114,24 @@ impl Implicit {
         add(particles.column_mut(Field::Displacement).values_mut(), c, velocity.values());
         dynamics.impose(t, particles);
         let mut sums = dynamics.rates(t, particles, &mut self.rates);
-        let Some(elastic) = dynamics.elastic() else {
+        let Some(solid) = dynamics.solid() else {
             return Err((FailureKind::NotConverged, "this body has no stiffness to solve with".into()));
         };
         // Without inertia and with a constant load the velocity dies out like this.
-        let guess = -1.0 / (c + elastic.material.relaxation_time());
+        let guess = -1.0 / (c + solid.material.relaxation_time());
         crate::solve::sums::combine(guess, velocity.values(), 0.0, &mut self.acceleration);
-        elastic.fixed.zero(&mut self.acceleration, particles.len());
+        solid.fixed.zero(&mut self.acceleration, particles.len());
         drop(velocity);
-        let is_linear = elastic.is_linear();
+        let is_linear = solid.is_linear();
         self.total.fill(0.0);
         let (mut applications, mut before) = (1, f64::INFINITY);
         for step in 0..MAX_NEWTON_STEPS {
-            let (Some(elastic), Some(solver)) = (dynamics.elastic(), &mut self.solver) else { break };
-            if let Some(a) = elastic.inverted() {
+            let (Some(solid), Some(solver)) = (dynamics.solid(), &mut self.solver) else { break };
+            if let Some(a) = solid.inverted() {
                 let what = format!("a particle was turned inside out (det F <= 0), number {a}");
                 return Err((FailureKind::Inverted, what));
             }
-            residual(&elastic.mass, self.rates[1].values(), &self.total, &mut self.force);
+            residual(&solid.mass, self.rates[1].values(), &self.total, &mut self.force);
             let size = solver.norm(&self.force);
             self.reference = self.reference.max(size);
             let goal = STAGE * self.tolerance * self.reference;
@@ -143,19 +143,19 @@ impl Implicit {
             }
             before = size;
             let taken = (step > 0).then_some(1.0);
-            elastic.linearise_for_newton(t, 1.0, particles.column(Field::Displacement).values(), taken);
+            solid.linearise_for_newton(t, 1.0, particles.column(Field::Displacement).values(), taken);
             let wanted = if is_linear { goal } else { (FORCING * size).max(0.5 * goal) };
             let so_far = solver.applications();
             let scales = Scales { mass: 1.0, stiffness: c * c, damping: c };
             let goal = Goal { residual: wanted, iterations: MAX_ITERATIONS };
             let mut watch = |_: usize, residual: f64| residual.is_finite();
             let (force, acceleration) = (&self.force, &mut self.acceleration);
-            let mut outcome = solver.solve(elastic, scales, force, acceleration, goal, &mut watch);
+            let mut outcome = solver.solve(solid, scales, force, acceleration, goal, &mut watch);
             if !outcome.converged && !is_linear {
                 // The smoother has aged.
-                let undeformed = solver.refresh(elastic);
+                let undeformed = solver.refresh(solid);
                 acceleration.fill(0.0);
-                outcome = solver.solve(elastic, scales, force, acceleration, goal, &mut watch);
+                outcome = solver.solve(solid, scales, force, acceleration, goal, &mut watch);
                 // What a checkpoint does not hold must not decide how later steps are rounded.
                 solver.put_back(undeformed);
             }

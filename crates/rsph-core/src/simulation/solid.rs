@@ -20,8 +20,8 @@ use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::surface_quadrature::{SurfaceQuadrature, rim};
 use crate::boundary::tag;
 use crate::dynamics::Dynamics;
-use crate::dynamics::elastic::Elastic;
 use crate::dynamics::paper::Paper;
+use crate::dynamics::solid::Solid;
 use crate::error::{Failure, InvalidInput};
 use crate::mesh::TriangleMesh;
 use crate::mls::{Cloud, GradientFit, PointWeights};
@@ -43,7 +43,7 @@ use surface_reading::{Loading, SurfaceReading};
 
 /// A solid body.
 #[derive(Clone, Debug)]
-pub(super) struct Solid {
+pub(super) struct SolidBody {
     setup: Setup,
     spacing: f64,
     /// Its surface as the zero of its level set, undeformed.
@@ -97,17 +97,17 @@ impl SurfaceFits {
 /// What moves the particles.
 #[derive(Clone, Debug)]
 enum Matter {
-    Adjoint(Box<Elastic>),
+    Adjoint(Box<Solid>),
     Paper(Box<Paper>),
 }
 
 impl Matter {
     /// The formulation that the set-up asks for, from the adjoint one with its loads.
-    fn new(setup: &Setup, elastic: Elastic) -> Self {
+    fn new(setup: &Setup, solid: Solid) -> Self {
         match setup.solver.formulation {
-            Formulation::Adjoint => Self::Adjoint(Box::new(elastic)),
+            Formulation::Adjoint => Self::Adjoint(Box::new(solid)),
             Formulation::Paper => {
-                let Elastic { material, mass, fixed, loads, lattice, .. } = elastic;
+                let Solid { material, mass, fixed, loads, lattice, .. } = solid;
                 let (dx, smoothing) = (lattice.spacing, setup.solver.smoothing);
                 Self::Paper(Box::new(Paper::new(material, mass.to_vec(), dx, smoothing, fixed, loads)))
             }
@@ -123,7 +123,7 @@ impl Matter {
     /// Gradient of the displacement of every particle; in the paper's formulation its strain.
     fn gradient(&mut self, particles: &Particles, time: f64) -> Vec<Mat3> {
         match self {
-            Self::Adjoint(elastic) => elastic.gradient(time, particles.column(Field::Displacement).values()),
+            Self::Adjoint(solid) => solid.gradient(time, particles.column(Field::Displacement).values()),
             Self::Paper(_) => {
                 let strain = particles.column(Field::Strain);
                 (0..particles.len()).map(|a| strain.tensor(a).to_matrix()).collect()
@@ -132,7 +132,7 @@ impl Matter {
     }
 }
 
-impl Solid {
+impl SolidBody {
     /// Samples the body and tags its boundaries, loads and probes.
     ///
     /// # Errors
@@ -166,12 +166,12 @@ impl Solid {
         } else {
             Held::Surface(Constraints::new(&setup.boundaries, surface, &positions, dx)?)
         };
-        let mut elastic = lattice_particles.elastic(setup, &undeformed.lattice, &held, surface, false)?;
-        let quadrature = lattice_particles.quadrature(setup, surface, dx, &held, &elastic.lift.folds);
+        let mut solid = lattice_particles.solid(setup, &undeformed.lattice, &held, surface, false)?;
+        let quadrature = lattice_particles.quadrature(setup, surface, dx, &held, &solid.lift.folds);
         if !is_paper {
-            elastic = elastic.with_surface(&quadrature, held.holds(), &lattice_particles.cut, &positions);
+            solid = solid.with_surface(&quadrature, held.holds(), &lattice_particles.cut, &positions);
         }
-        elastic.loads = lattice_particles.loads(setup, &elastic, (surface, &quadrature), &held)?;
+        solid.loads = lattice_particles.loads(setup, &solid, (surface, &quadrature), &held)?;
         let mut reading = (!is_paper)
             .then(|| SurfaceReading::new(shape, &held, &quadrature.points(), &zero_surface.vertices, dx));
         drop(quadrature);
@@ -193,8 +193,8 @@ impl Solid {
         drop(cloud);
 
         let start = Column::from_vectors(&setup.initial.displacement.at_all(&positions));
-        elastic.linearise(0.0, start.values());
-        if elastic.inverted_in_state().contains(&true) {
+        solid.linearise(0.0, start.values());
+        if solid.inverted_in_state().contains(&true) {
             return Err(InvalidInput::new(
                 "initial.displacement",
                 "",
@@ -202,13 +202,13 @@ impl Solid {
                 "take a smaller displacement",
             ));
         }
-        let limit = step_limit(&mut elastic);
+        let limit = step_limit(&mut solid);
         let pace = choose_pace(setup, &limit, !is_paper)?;
         let description = Description {
             particles: n,
             spacing: dx,
-            smoothing_length: elastic.lattice.smoothing_length,
-            neighbours: elastic.lattice.neighbours.len(),
+            smoothing_length: solid.lattice.smoothing_length,
+            neighbours: solid.lattice.neighbours.len(),
             scheme: pace.scheme,
             scheme_reason: pace.reason,
             dt: pace.dt,
@@ -218,7 +218,7 @@ impl Solid {
             limited_by_viscosity: limit.viscous,
             volume: lattice_particles.volume.iter().sum(),
             shape_volume: shape.volume(),
-            load: elastic.loads.iter().map(NodalLoad::total).sum(),
+            load: solid.loads.iter().map(NodalLoad::total).sum(),
             notes: notes.into_iter().chain(pace.notes).collect(),
         };
 
@@ -227,15 +227,15 @@ impl Solid {
         let at = |f: &VectorField| Column::from_vectors(&f.at_all(&positions));
         particles.set(Field::Displacement, at(&setup.initial.displacement));
         particles.set(Field::Velocity, at(&setup.initial.velocity));
-        particles.set(Field::Mass, Column::shared(Arc::clone(&elastic.mass), n));
+        particles.set(Field::Mass, Column::shared(Arc::clone(&solid.mass), n));
         particles.set(Field::Volume, Column::shared(Arc::clone(&lattice_particles.volume), n));
         particles.set(Field::LevelSet, Column::from_vec(level_set, n));
         if is_paper {
-            let strain = elastic.strain(0.0, particles.column(Field::Displacement).values());
+            let strain = solid.strain(0.0, particles.column(Field::Displacement).values());
             particles.set(Field::Strain, Column::from_vec(strain, n));
             particles.set(Field::Density, Column::from_vec(vec![setup.material.density(); n], n));
         }
-        let mut matter = Matter::new(setup, elastic);
+        let mut matter = Matter::new(setup, solid);
         let reference = particles.column(Field::Reference).share();
         let model = Box::new(Self {
             setup: setup.clone(),
@@ -261,8 +261,8 @@ impl Solid {
     fn pushed(&self, n: usize) -> Vec<bool> {
         match &self.matter {
             // The loads of the set-up come first.
-            Matter::Adjoint(elastic) => {
-                NodalLoad::acting_on(elastic.loads.get(self.setup.loads.len()..).unwrap_or_default(), n)
+            Matter::Adjoint(solid) => {
+                NodalLoad::acting_on(solid.loads.get(self.setup.loads.len()..).unwrap_or_default(), n)
             }
             Matter::Paper(_) => Vec::new(),
         }
@@ -288,7 +288,7 @@ impl Solid {
         &self,
         particles: &Particles,
         time: f64,
-    ) -> Result<(RemeshOutcome, LatticeParticles, Elastic), SolidRemeshError> {
+    ) -> Result<(RemeshOutcome, LatticeParticles, Solid), SolidRemeshError> {
         let setup = &self.setup;
         let remeshed = self.undeformed.remesh(
             setup,
@@ -298,10 +298,10 @@ impl Solid {
             time,
             self.boundary_surface(),
         )?;
-        let (lattice_particles, mut elastic, mut new) =
-            (remeshed.lattice_particles, remeshed.elastic, remeshed.particles);
+        let (lattice_particles, mut solid, mut new) =
+            (remeshed.lattice_particles, remeshed.solid, remeshed.particles);
         let surface = (self.boundary_surface(), &remeshed.quadrature);
-        elastic.loads = lattice_particles.loads(setup, &elastic, surface, &self.held)?;
+        solid.loads = lattice_particles.loads(setup, &solid, surface, &self.held)?;
         let (shape, restore) = (&*setup.shape, setup.remesh.restore_level_set);
         let level_set = if restore {
             let (nodes, undeformed) = &remeshed.around;
@@ -324,7 +324,7 @@ impl Solid {
                 *v += missing;
             }
         }
-        if elastic.lift.is_empty() && elastic.fixed.is_free(setup.shape.dimension()) {
+        if solid.lift.is_empty() && solid.fixed.is_free(setup.shape.dimension()) {
             restore_spin(spin(particles).2, &mut new);
         }
         let outcome = RemeshOutcome {
@@ -333,45 +333,45 @@ impl Solid {
             dropped_mass: 0.0,
             momentum_correction: lost.norm(),
             rescaling: remeshed.rescaling,
-            limit: Some(step_limit(&mut elastic)),
+            limit: Some(step_limit(&mut solid)),
         };
-        Ok((outcome, lattice_particles, elastic))
+        Ok((outcome, lattice_particles, solid))
     }
 }
 
-impl Model for Solid {
+impl Model for SolidBody {
     fn dynamics(&self) -> &dyn Dynamics {
         match &self.matter {
-            Matter::Adjoint(elastic) => &**elastic,
+            Matter::Adjoint(solid) => &**solid,
             Matter::Paper(paper) => &**paper,
         }
     }
 
     fn dynamics_mut(&mut self) -> &mut dyn Dynamics {
         match &mut self.matter {
-            Matter::Adjoint(elastic) => &mut **elastic,
+            Matter::Adjoint(solid) => &mut **solid,
             Matter::Paper(paper) => &mut **paper,
         }
     }
 
     fn strain(&mut self, particles: &Particles, time: f64, _dt: f64) -> f64 {
         let now = self.matter.gradient(particles, time);
-        let turns = matches!(&self.matter, Matter::Adjoint(elastic) if !elastic.is_linear());
+        let turns = matches!(&self.matter, Matter::Adjoint(solid) if !solid.is_linear());
         let change =
             |(now, then): (&Mat3, &Mat3)| if turns { stretch(now, then) } else { (now - then).norm() };
         now.iter().zip(&self.gradient_at_remesh).map(change).fold(0.0, f64::max)
     }
 
     fn disorder(&self, particles: &Particles, moment: Moment) -> Option<Failure> {
-        let Matter::Adjoint(elastic) = &self.matter else { return None };
-        let particle = elastic.inverted()?;
+        let Matter::Adjoint(solid) = &self.matter else { return None };
+        let particle = solid.inverted()?;
         Some(checks::inverted(particles.column(Field::Reference).vector(particle), moment))
     }
 
     fn remesh(&mut self, particles: &Particles, moment: Moment) -> Result<RemeshOutcome, Failure> {
-        let (outcome, lattice_particles, elastic) =
+        let (outcome, lattice_particles, solid) =
             self.remeshed(particles, moment.time).map_err(|e| failure(&e, moment))?;
-        self.matter = Matter::new(&self.setup, elastic);
+        self.matter = Matter::new(&self.setup, solid);
         self.lattice_particles = lattice_particles;
         self.quadrature = None;
         self.last_remesh = Some((moment.time, outcome.particles.column(Field::Displacement).clone()));
@@ -380,7 +380,7 @@ impl Model for Solid {
     }
 
     fn set_loads(&mut self, loads: &[Load], time: f64) -> Result<(), InvalidInput> {
-        let Matter::Adjoint(elastic) = &mut self.matter else {
+        let Matter::Adjoint(solid) = &mut self.matter else {
             return Err(InvalidInput::new(
                 "load",
                 "",
@@ -396,12 +396,12 @@ impl Model for Solid {
                 surface,
                 self.spacing,
                 &self.held,
-                &elastic.lift.folds,
+                &solid.lift.folds,
             )
         });
-        match self.lattice_particles.loads(&self.setup, elastic, (surface, quadrature), &self.held) {
+        match self.lattice_particles.loads(&self.setup, solid, (surface, quadrature), &self.held) {
             Ok(new) => {
-                elastic.loads = new;
+                solid.loads = new;
                 if let Some(reading) = &mut self.reading {
                     // The strain of the surface goes on from what the loads before have done.
                     std::mem::swap(&mut self.setup.loads, &mut before);
@@ -434,7 +434,7 @@ impl Model for Solid {
 
     fn surface_quadrature(&self) -> Option<SurfaceQuadrature> {
         let none = Folds::default();
-        let folds = if let Matter::Adjoint(elastic) = &self.matter { &elastic.lift.folds } else { &none };
+        let folds = if let Matter::Adjoint(solid) = &self.matter { &solid.lift.folds } else { &none };
         Some(self.lattice_particles.quadrature(
             &self.setup,
             self.boundary_surface(),

@@ -51,14 +51,14 @@ impl Simulation {
             remedy: remedy.into(),
         };
         let dynamics = self.model.dynamics_mut();
-        let Some(elastic) = dynamics.elastic() else {
+        let Some(solid) = dynamics.solid() else {
             return Err(fail(
                 "this body has no stiffness: an equilibrium needs the adjoint formulation of a solid".into(),
                 None,
                 "set `solver.formulation = \"adjoint\"` and leave `dynamics.kind` at \"solid\"",
             ));
         };
-        if let Some(piece) = loose_pieces(elastic).first() {
+        if let Some(piece) = loose_pieces(solid).first() {
             return Err(fail(
                 describe(piece),
                 Some(piece.centre),
@@ -68,10 +68,10 @@ impl Simulation {
         let n = self.particles.len();
         let start = [Field::Displacement, Field::Velocity].map(|f| self.particles.column(f).clone());
         let mut u = start[0].values().to_vec();
-        let mut newton = Newton::new(elastic, t);
+        let mut newton = Newton::new(solid, t);
         let ended = newton.solve(TOLERANCE, &mut u, watch);
         let residual = newton.residual_at(1.0, &u) / newton.reference;
-        let load = newton.elastic.load_at(t);
+        let load = newton.solid.load_at(t);
         let found = Equilibrium {
             iterations: newton.iterations,
             steps: newton.steps,
@@ -80,7 +80,7 @@ impl Simulation {
             compliance: load.iter().zip(&u).map(|(f, u)| f * u).sum(),
             ..Equilibrium::default()
         };
-        let sums = newton.elastic.sums_at_rest(&load, &newton.force);
+        let sums = newton.solid.sums_at_rest(&load, &newton.force);
         let found = Equilibrium { load: sums.load, reaction: sums.reaction, ..found };
         let mut trouble = ended.err().map(|_| {
             fail(
@@ -88,7 +88,7 @@ impl Simulation {
                     "no equilibrium after {} iterations: {:.1e} of the load is out of balance; {}",
                     found.iterations,
                     found.residual,
-                    if newton.elastic.is_linear() {
+                    if newton.solid.is_linear() {
                         "some part hangs by a piece too thin for the spacing"
                     } else {
                         "the body gives way under the loads, or some part hangs by a piece too thin for the spacing"
@@ -98,7 +98,7 @@ impl Simulation {
                 "choose a smaller spacing, smaller loads, or hold that part, which moves most",
             )
         });
-        let is_linear = newton.elastic.is_linear();
+        let is_linear = newton.solid.is_linear();
         self.particles.set(Field::Displacement, Column::from_vec(u, n));
         self.particles.set(Field::Velocity, Column::zeros(3, n));
         if trouble.is_none()

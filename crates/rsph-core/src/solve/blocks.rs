@@ -1,6 +1,6 @@
 //! The 3 x 3 diagonal blocks of the stiffness K.
 
-use crate::dynamics::elastic::Elastic;
+use crate::dynamics::solid::Solid;
 use crate::lattice::reflection;
 use crate::moments::Moments;
 use crate::tensor::{Mat3, Vec3};
@@ -18,9 +18,9 @@ struct Response {
 
 /// d^2 E / du_a^2 of every particle: 2 E = sum_c V_c (sigma_c : e_c + kappa |residual|^2) with every held face
 /// at rest, and the penalty of held faces.
-pub fn diagonal_blocks(elastic: &Elastic) -> Vec<Mat3> {
-    let (lattice, moments) = (&elastic.lattice, elastic.moments());
-    let signs = &elastic.lift.folds.following.signs;
+pub fn diagonal_blocks(solid: &Solid) -> Vec<Mat3> {
+    let (lattice, moments) = (&solid.lattice, solid.moments());
+    let signs = &solid.lift.folds.following.signs;
     (0..lattice.len())
         .into_par_iter()
         .map(|a| {
@@ -35,7 +35,7 @@ pub fn diagonal_blocks(elastic: &Elastic) -> Vec<Mat3> {
                 }
             };
             let mut own = -(m.correction * m.first);
-            if let Some(row) = elastic.correction_row(a) {
+            if let Some(row) = solid.correction_row(a) {
                 own -= row.zeroth - row.gamma * m.zeroth - row.slope * m.first;
             }
             respond(a, &Vec3::repeat(1.0), -m.first, own);
@@ -47,8 +47,8 @@ pub fn diagonal_blocks(elastic: &Elastic) -> Vec<Mat3> {
                     let mirror = reflection(seen.mirrors);
                     let x = -neighbour.x.component_mul(&mirror);
                     let mut gradient = moments[c].correction * x;
-                    if let Some(row) = elastic.correction_row(c) {
-                        gradient += elastic.gamma(a).component_mul(&mirror) - row.gamma - row.slope * x;
+                    if let Some(row) = solid.correction_row(c) {
+                        gradient += solid.gamma(a).component_mul(&mirror) - row.gamma - row.slope * x;
                     }
                     respond(c, signs, x * vw, gradient * vw);
                     springs.add_scalar_mut(moments[c].volume * vw);
@@ -58,7 +58,7 @@ pub fn diagonal_blocks(elastic: &Elastic) -> Vec<Mat3> {
                     }
                 }
             }
-            elastic.lift.responses(
+            solid.lift.responses(
                 a,
                 |b| moments[b].volume,
                 |b, vector, projector| {
@@ -70,10 +70,9 @@ pub fn diagonal_blocks(elastic: &Elastic) -> Vec<Mat3> {
                     responses[at].lifted.push((vector, *projector));
                 },
             );
-            let mut block =
-                Mat3::from_diagonal(&(springs * elastic.hourglass)) + elastic.lift.penalty_block(a);
+            let mut block = Mat3::from_diagonal(&(springs * solid.hourglass)) + solid.lift.penalty_block(a);
             for response in &responses {
-                block += of_response(elastic, &moments[response.particle], response);
+                block += of_response(solid, &moments[response.particle], response);
             }
             0.5 * (block + block.transpose())
         })
@@ -81,7 +80,7 @@ pub fn diagonal_blocks(elastic: &Elastic) -> Vec<Mat3> {
 }
 
 /// V dP(G_j) : G_i for the gradients G of unit displacements, less the part of the hourglass term that the gradient takes.
-fn of_response(elastic: &Elastic, m: &Moments, response: &Response) -> Mat3 {
+fn of_response(solid: &Solid, m: &Moments, response: &Response) -> Mat3 {
     let gradients: [Mat3; 3] = std::array::from_fn(|j| {
         let direction = Vec3::ith(j, 1.0);
         let mut gradient = direction * response.gradient.row(j);
@@ -92,12 +91,12 @@ fn of_response(elastic: &Elastic, m: &Moments, response: &Response) -> Mat3 {
     });
     let mut block = Mat3::zeros();
     for j in 0..3 {
-        let change = elastic.stress_change(response.particle, &gradients[j]);
+        let change = solid.stress_change(response.particle, &gradients[j]);
         for i in 0..3 {
             block[(i, j)] = m.volume * change.dot(&gradients[i]);
         }
     }
     let slope =
         Vec3::from_fn(|i, _| (response.first.row(i) * m.correction * response.first.row(i).transpose())[0]);
-    block - Mat3::from_diagonal(&(slope * (elastic.hourglass * m.volume)))
+    block - Mat3::from_diagonal(&(slope * (solid.hourglass * m.volume)))
 }

@@ -7,7 +7,7 @@ use super::multigrid::Multigrid;
 use super::operator::{Operator, Shifted};
 use super::sums::combine;
 use crate::dynamics::Scales;
-use crate::dynamics::elastic::Elastic;
+use crate::dynamics::solid::Solid;
 use crate::error::InvalidInput;
 use crate::state::{State, Stateful, damaged};
 
@@ -49,16 +49,16 @@ impl Operator for Counted<'_, '_> {
 }
 
 impl LinearSolver {
-    /// Sets up the hierarchy of `elastic`.
-    pub fn new(elastic: &mut Elastic) -> Self {
-        let len = 3 * elastic.len();
+    /// Sets up the hierarchy of `solid`.
+    pub fn new(solid: &mut Solid) -> Self {
+        let len = 3 * solid.len();
         Self {
-            multigrid: Multigrid::new(elastic),
+            multigrid: Multigrid::new(solid),
             gradients: ConjugateGradients::new(len),
             history: SolutionHistory::default(),
             step: vec![0.0; len],
             scales: Scales::STATIC,
-            relaxation_time: elastic.material.relaxation_time(),
+            relaxation_time: solid.material.relaxation_time(),
             applications: 0,
         }
     }
@@ -75,7 +75,7 @@ impl LinearSolver {
     /// [`ConjugateGradients::solve`].
     pub fn solve(
         &mut self,
-        elastic: &mut Elastic,
+        solid: &mut Solid,
         scales: Scales,
         b: &[f64],
         x: &mut [f64],
@@ -86,7 +86,7 @@ impl LinearSolver {
             self.set_scales(scales);
             self.history.forget();
         }
-        let mut shifted = Shifted { elastic, scales: self.scales };
+        let mut shifted = Shifted { solid, scales: self.scales };
         let mut operator = Counted(&mut shifted, &mut self.applications);
         let Self { multigrid, gradients, history, step, .. } = self;
         let outcome = if history.is_empty() {
@@ -102,14 +102,14 @@ impl LinearSolver {
         outcome
     }
 
-    /// Smooths from now on by the positive tangent about the present state of `elastic`: a body that has turned or stretched far is
+    /// Smooths from now on by the positive tangent about the present state of `solid`: a body that has turned or stretched far is
     /// smoothed badly, or not at all, by that of the undeformed one.
     /// Returns the hierarchy of before.
-    pub fn refresh(&mut self, elastic: &mut Elastic) -> Multigrid {
+    pub fn refresh(&mut self, solid: &mut Solid) -> Multigrid {
         let before = self.multigrid.clone();
-        elastic.make_tangent_positive(true);
-        self.multigrid.refresh(elastic);
-        elastic.make_tangent_positive(false);
+        solid.make_tangent_positive(true);
+        self.multigrid.refresh(solid);
+        solid.make_tangent_positive(false);
         self.set_scales(self.scales);
         before
     }

@@ -13,7 +13,7 @@ use super::spectrum::largest_eigenvalue;
 use super::sums::Sums;
 use super::transfer::{BLOCK, Transfer};
 use crate::dynamics::Scales;
-use crate::dynamics::elastic::Elastic;
+use crate::dynamics::solid::Solid;
 use crate::lattice::NO_PARTICLE;
 use crate::material::Material;
 use crate::tensor::{Mat3, Vec3};
@@ -57,11 +57,11 @@ pub struct Multigrid {
 
 impl Multigrid {
     /// The hierarchy for K alone (m = 0, c = 1).
-    pub fn new(elastic: &mut Elastic) -> Self {
-        let n = elastic.len();
-        let diagonal = free_diagonal(elastic);
-        let transfer = Transfer::new(elastic);
-        let mut levels = vec![first_level(elastic, &transfer)];
+    pub fn new(solid: &mut Solid) -> Self {
+        let n = solid.len();
+        let diagonal = free_diagonal(solid);
+        let transfer = Transfer::new(solid);
+        let mut levels = vec![first_level(solid, &transfer)];
         let mut coarsenings = Vec::new();
         while let Some(last) = levels.last().filter(|l| 3 * l.len() > DIRECT)
             && let Some((coarsening, level)) = last.coarser()
@@ -70,11 +70,11 @@ impl Multigrid {
             levels.push(level);
         }
         let mut multigrid = Self {
-            mass: Arc::clone(&elastic.mass),
-            jacobi: Jacobi::new(&diagonal, &elastic.mass, (0.0, 1.0)),
+            mass: Arc::clone(&solid.mass),
+            jacobi: Jacobi::new(&diagonal, &solid.mass, (0.0, 1.0)),
             diagonal,
             largest: 1.0,
-            smoothing: smoothing(&*elastic.material),
+            smoothing: smoothing(&*solid.material),
             transfer,
             levels,
             coarsenings,
@@ -83,7 +83,7 @@ impl Multigrid {
             sums: Sums::new(3 * n),
         };
         multigrid.set_scales(0.0, 1.0);
-        multigrid.estimate_largest(elastic);
+        multigrid.estimate_largest(solid);
         multigrid
     }
 
@@ -96,12 +96,12 @@ impl Multigrid {
         self.direct = self.levels.last().and_then(Direct::new);
     }
 
-    /// Makes its smoother that of the tangent about the present state of `elastic`, with m = 0, c = 1; the coarse levels stay those
+    /// Makes its smoother that of the tangent about the present state of `solid`, with m = 0, c = 1; the coarse levels stay those
     /// of the undeformed body.
-    pub fn refresh(&mut self, elastic: &mut Elastic) {
-        self.diagonal = free_diagonal(elastic);
+    pub fn refresh(&mut self, solid: &mut Solid) {
+        self.diagonal = free_diagonal(solid);
         self.jacobi = Jacobi::new(&self.diagonal, &self.mass, (0.0, 1.0));
-        self.estimate_largest(elastic);
+        self.estimate_largest(solid);
     }
 
     /// Number of unknowns of every level, the particles first.
@@ -110,10 +110,10 @@ impl Multigrid {
     }
 
     /// Middle of the part of the spectrum of D^-1 K that the smoother damps.
-    fn estimate_largest(&mut self, elastic: &mut Elastic) {
+    fn estimate_largest(&mut self, solid: &mut Solid) {
         let jacobi = &mut self.jacobi;
         let mut divide = |r: &[f64], z: &mut [f64]| jacobi.step(0.0, 1.0, r, None, z);
-        let mut apply = |x: &[f64], y: &mut [f64]| elastic.apply(Scales::STATIC, x, y);
+        let mut apply = |x: &[f64], y: &mut [f64]| solid.apply(Scales::STATIC, x, y);
         let largest = largest_eigenvalue(self.product.len(), LANCZOS_STEPS, &mut apply, &mut divide);
         self.largest = LANCZOS_MARGIN * largest.max(f64::MIN_POSITIVE);
     }
@@ -186,9 +186,9 @@ impl Multigrid {
 }
 
 /// The diagonal blocks of K, without what is held.
-fn free_diagonal(elastic: &Elastic) -> Vec<Mat3> {
-    let mut diagonal = diagonal_blocks(elastic);
-    for p in &elastic.fixed.particles {
+fn free_diagonal(solid: &Solid) -> Vec<Mat3> {
+    let mut diagonal = diagonal_blocks(solid);
+    for p in &solid.fixed.particles {
         for i in (0..3).filter(|&i| p.fix[i]) {
             diagonal[p.particle].set_row(i, &nalgebra::RowVector3::zeros());
             diagonal[p.particle].set_column(i, &Vec3::zeros());
@@ -209,13 +209,13 @@ fn smoothing(material: &dyn Material) -> usize {
 }
 
 /// Trilinear hexahedra on the blocks.
-fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
-    let n = elastic.len();
-    let full = (BLOCK as f64).powi(elastic.lattice.dimension as i32) * elastic.lattice.cell_volume();
+fn first_level(solid: &Solid, transfer: &Transfer) -> Level {
+    let n = solid.len();
+    let full = (BLOCK as f64).powi(solid.lattice.dimension as i32) * solid.lattice.cell_volume();
     // K of a cube is its edge times that of a unit cube, K of a square of height one that of a unit cube.
-    let size = full / (BLOCK as f64 * elastic.lattice.spacing).powi(2);
-    let locks = ratio_of_moduli(&*elastic.material) > NEARLY_INCOMPRESSIBLE;
-    let stiffness = hexahedra::stiffness(&elastic.stiffness, if locks { COARSE_PRESSURE } else { 1.0 });
+    let size = full / (BLOCK as f64 * solid.lattice.spacing).powi(2);
+    let locks = ratio_of_moduli(&*solid.material) > NEARLY_INCOMPRESSIBLE;
+    let stiffness = hexahedra::stiffness(&solid.stiffness, if locks { COARSE_PRESSURE } else { 1.0 });
     let strength: Vec<f64> = transfer
         .particles_of
         .iter()
@@ -223,13 +223,13 @@ fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
             let volume: f64 = particles
                 .iter()
                 .filter(|a| **a != NO_PARTICLE)
-                .map(|&a| elastic.moments_of(a as usize).volume)
+                .map(|&a| solid.moments_of(a as usize).volume)
                 .sum();
             (volume / full).max(LEAST_FULL) * size
         })
         .collect();
     let mut held_particle = vec![0.0; 3 * n];
-    for p in &elastic.fixed.particles {
+    for p in &solid.fixed.particles {
         for i in (0..3).filter(|&i| p.fix[i]) {
             held_particle[i * n + p.particle] = 1.0;
         }
@@ -244,7 +244,7 @@ fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
                 for i in 0..3 {
                     let h = held_particle[i * n + a];
                     held[i] += w * h;
-                    masses[i] += w * elastic.mass[a] * (1.0 - h);
+                    masses[i] += w * solid.mass[a] * (1.0 - h);
                 }
             });
             let held = std::array::from_fn(|i| held[i] >= HELD_SHARE * all);
@@ -256,13 +256,13 @@ fn first_level(elastic: &Elastic, transfer: &Transfer) -> Level {
         .collect();
     // Held faces are springs on the nodes around them.
     let mut springs = vec![Vec::new(); nodes];
-    let stiffness_of_hold = HOLD * elastic.material.young_modulus() / elastic.lattice.spacing;
+    let stiffness_of_hold = HOLD * solid.material.young_modulus() / solid.lattice.spacing;
     let slot_of = |node: u32, other: u32| {
         let place = |node: u32| transfer.nodes.coordinates[node as usize];
         slot(std::array::from_fn(|i| place(other)[i] - place(node)[i]))
     };
-    for (x, projector, area) in elastic.lift.places() {
-        let Some(corners) = transfer.corners_at(elastic, &x) else { continue };
+    for (x, projector, area) in solid.lift.places() {
+        let Some(corners) = transfer.corners_at(solid, &x) else { continue };
         for (m, weight) in corners {
             for (n, other) in corners {
                 let spring = projector * (stiffness_of_hold * area * weight * other);

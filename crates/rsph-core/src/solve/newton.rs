@@ -5,7 +5,7 @@ use super::cg::{Goal, Outcome};
 use super::linear::LinearSolver;
 use super::sums::combine;
 use crate::dynamics::Scales;
-use crate::dynamics::elastic::Elastic;
+use crate::dynamics::solid::Solid;
 
 /// Steps of one load step.
 const MAX_STEPS: usize = 15;
@@ -31,7 +31,7 @@ const SMALLEST_LOAD_STEP: f64 = 1.0 / 512.0;
 /// A body to be brought to rest.
 pub struct Newton<'a> {
     /// The body.
-    pub elastic: &'a mut Elastic,
+    pub solid: &'a mut Solid,
     /// Its linear solver.
     pub solver: LinearSolver,
     /// When: what moved faces go by.
@@ -62,16 +62,16 @@ pub enum Trouble {
 }
 
 impl<'a> Newton<'a> {
-    /// For `elastic` at time `t`.
-    pub fn new(elastic: &'a mut Elastic, t: f64) -> Self {
-        let n = elastic.len();
-        elastic.linearise_undeformed();
-        let mut load = elastic.load_at(t);
-        elastic.fixed.zero(&mut load, n);
+    /// For `solid` at time `t`.
+    pub fn new(solid: &'a mut Solid, t: f64) -> Self {
+        let n = solid.len();
+        solid.linearise_undeformed();
+        let mut load = solid.load_at(t);
+        solid.fixed.zero(&mut load, n);
         let zeros = || vec![0.0; 3 * n];
-        let solver = LinearSolver::new(elastic);
+        let solver = LinearSolver::new(solid);
         let mut newton = Self {
-            elastic,
+            solid,
             solver,
             t,
             load,
@@ -91,8 +91,8 @@ impl<'a> Newton<'a> {
 
     /// Sets held components of u to where that share of their way has led them.
     pub fn impose(&self, share: f64, u: &mut [f64]) {
-        let n = self.elastic.len();
-        for p in &self.elastic.fixed.particles {
+        let n = self.solid.len();
+        for p in &self.solid.fixed.particles {
             let moved = p.motion.map_or_else(Default::default, |m| m.displacement(self.t) * share);
             for i in (0..3).filter(|&i| p.fix[i]) {
                 u[i * n + p.particle] = moved[i];
@@ -102,11 +102,11 @@ impl<'a> Newton<'a> {
 
     /// |loads + internal forces| where that share of loads and motions acts.
     pub fn residual_at(&mut self, share: f64, u: &[f64]) -> f64 {
-        let Self { elastic, solver, t, load, force, residual, .. } = self;
-        elastic.force_at_rest(*t, share, u, force);
+        let Self { solid, solver, t, load, force, residual, .. } = self;
+        solid.force_at_rest(*t, share, u, force);
         residual.copy_from_slice(force);
         combine(share, load, 1.0, residual);
-        elastic.fixed.zero(residual, elastic.len());
+        solid.fixed.zero(residual, solid.len());
         solver.norm(residual)
     }
 
@@ -118,10 +118,10 @@ impl<'a> Newton<'a> {
         }
     }
 
-    /// Elastic energy less the work of that share of the loads.
+    /// Solid energy less the work of that share of the loads.
     fn potential(&mut self, share: f64, u: &[f64]) -> f64 {
         let work: f64 = self.load.iter().zip(u).map(|(f, u)| f * u).sum();
-        self.elastic.elastic_energy(self.t, share, u) - share * work
+        self.solid.elastic_energy(self.t, share, u) - share * work
     }
 
     /// From `u` to equilibrium under all loads, in one step if it can be, else from the undeformed body in load steps that adapt
@@ -138,7 +138,7 @@ impl<'a> Newton<'a> {
         let start = u.to_vec();
         self.impose(1.0, u);
         match self.load_step(1.0, tolerance, u, watch) {
-            Err(Trouble::NotConverged) if !self.elastic.is_linear() => {}
+            Err(Trouble::NotConverged) if !self.solid.is_linear() => {}
             ended => return ended,
         }
         let (mut share, mut step) = (0.0_f64, 0.5);
@@ -152,7 +152,7 @@ impl<'a> Newton<'a> {
                 let on = (next - share) / (share - earlier);
                 combine(1.0 + on, &reached, 0.0, u);
                 combine(-on, there, 1.0, u);
-                if !self.elastic.elastic_energy(self.t, next, u).is_finite() {
+                if !self.solid.elastic_energy(self.t, next, u).is_finite() {
                     u.copy_from_slice(&reached);
                 }
             }
@@ -188,7 +188,7 @@ impl<'a> Newton<'a> {
     ) -> Result<(), Trouble> {
         let start = u.to_vec();
         match self.iterate(share, tolerance, u, true, watch) {
-            Err(Trouble::NotConverged) if !self.elastic.is_linear() => {
+            Err(Trouble::NotConverged) if !self.solid.is_linear() => {
                 u.copy_from_slice(&start);
                 self.iterate(share, tolerance, u, false, watch)
             }
@@ -214,10 +214,10 @@ impl<'a> Newton<'a> {
             if size <= 2.0 * goal {
                 return Ok(());
             }
-            if !size.is_finite() || self.elastic.inverted().is_some() {
+            if !size.is_finite() || self.solid.inverted().is_some() {
                 return Err(Trouble::NotConverged);
             }
-            self.elastic.linearise_for_newton(self.t, share, u, taken);
+            self.solid.linearise_for_newton(self.t, share, u, taken);
             let (new, length) = self.step(share, size, goal, u, searches, watch)?;
             (size, taken) = (new, Some(length));
         }
@@ -234,7 +234,7 @@ impl<'a> Newton<'a> {
         searches: bool,
         watch: &mut dyn FnMut(usize, f64) -> bool,
     ) -> Result<(f64, f64), Trouble> {
-        let is_linear = self.elastic.is_linear();
+        let is_linear = self.solid.is_linear();
         let mut direction = std::mem::take(&mut self.direction);
         direction.fill(0.0);
         // The nearer, the more exact: quadratic convergence.
@@ -243,13 +243,13 @@ impl<'a> Newton<'a> {
         let (mut outcome, mut stopped) = self.linear_solve(wanted, &mut direction, watch);
         if !is_linear && !outcome.converged && !stopped {
             // The smoother has aged.
-            self.solver.refresh(self.elastic);
+            self.solver.refresh(self.solid);
             direction.fill(0.0);
             (outcome, stopped) = self.linear_solve(wanted, &mut direction, watch);
         }
         if !is_linear && !outcome.converged && !stopped {
             // The tangent is not positive there.
-            self.elastic.make_tangent_positive(true);
+            self.solid.make_tangent_positive(true);
             direction.fill(0.0);
             (outcome, stopped) = self.linear_solve(wanted.max(STEEPEST * size), &mut direction, watch);
         }
@@ -275,7 +275,7 @@ impl<'a> Newton<'a> {
         let (done, reference) = (self.iterations, self.reference);
         let mut stopped = false;
         let outcome = self.solver.solve(
-            self.elastic,
+            self.solid,
             Scales::STATIC,
             &self.residual,
             direction,
@@ -299,7 +299,7 @@ impl<'a> Newton<'a> {
         u: &mut [f64],
         searches: bool,
     ) -> Result<(f64, f64), Trouble> {
-        if self.elastic.is_linear() {
+        if self.solid.is_linear() {
             combine(1.0, direction, 1.0, u);
             return Ok((self.residual_at(share, u), 1.0));
         }
@@ -314,7 +314,7 @@ impl<'a> Newton<'a> {
             u.copy_from_slice(&from);
             combine(length, direction, 1.0, u);
             let new = self.residual_at(share, u);
-            if new.is_finite() && self.elastic.inverted().is_none() {
+            if new.is_finite() && self.solid.inverted().is_none() {
                 // A smaller residual will do, where rounding hides the potential.
                 if !searches || new < 0.5 * size {
                     return Ok((new, length));
@@ -332,7 +332,7 @@ impl<'a> Newton<'a> {
 
     /// The place among the particles that the last direction moves most.
     pub fn moves_most(&self) -> Option<usize> {
-        let n = self.elastic.len();
+        let n = self.solid.len();
         let size = |a: usize| (0..3).map(|i| self.direction[i * n + a].powi(2)).sum::<f64>();
         (0..n).max_by(|&a, &b| size(a).total_cmp(&size(b)))
     }

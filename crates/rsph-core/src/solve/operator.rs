@@ -1,7 +1,7 @@
 //! Matrix-free operators.
 
 use crate::dynamics::Scales;
-use crate::dynamics::elastic::Elastic;
+use crate::dynamics::solid::Solid;
 
 /// A symmetric linear map of fields on the particles (3 n values, component by component).
 pub trait Operator: Send {
@@ -27,17 +27,17 @@ pub trait Preconditioner: Send {
 #[derive(Debug)]
 pub struct Shifted<'a> {
     /// The body.
-    pub elastic: &'a mut Elastic,
+    pub solid: &'a mut Solid,
     /// m, k and c.
     pub scales: Scales,
 }
 
 impl Operator for Shifted<'_> {
     fn len(&self) -> usize {
-        3 * self.elastic.len()
+        3 * self.solid.len()
     }
 
     fn apply(&mut self, x: &[f64], y: &mut [f64]) {
-        self.elastic.apply(self.scales, x, y);
+        self.solid.apply(self.scales, x, y);
     }
 }

@@ -1,6 +1,6 @@
 //! Motions of a body, or of a piece of it, that nothing holds back.
 
-use crate::dynamics::elastic::Elastic;
+use crate::dynamics::solid::Solid;
 use crate::tensor::Vec3;
 use nalgebra::{Matrix6, Vector6};
 
@@ -22,14 +22,14 @@ pub struct LoosePiece {
     pub motions: Vec<String>,
 }
 
-/// The pieces of `elastic` whose holds leave a motion as a rigid body.
-pub fn loose_pieces(elastic: &Elastic) -> Vec<LoosePiece> {
-    pieces(elastic).iter().filter_map(|piece| loose(elastic, piece)).collect()
+/// The pieces of `solid` whose holds leave a motion as a rigid body.
+pub fn loose_pieces(solid: &Solid) -> Vec<LoosePiece> {
+    pieces(solid).iter().filter_map(|piece| loose(solid, piece)).collect()
 }
 
 /// Particles that hang together by the sums.
-fn pieces(elastic: &Elastic) -> Vec<Vec<usize>> {
-    let lattice = &elastic.lattice;
+fn pieces(solid: &Solid) -> Vec<Vec<usize>> {
+    let lattice = &solid.lattice;
     let mut piece_of = vec![usize::MAX; lattice.len()];
     let mut pieces: Vec<Vec<usize>> = Vec::new();
     for start in 0..lattice.len() {
@@ -57,10 +57,10 @@ fn pieces(elastic: &Elastic) -> Vec<Vec<usize>> {
 }
 
 /// What is free of one piece.
-fn loose(elastic: &Elastic, piece: &[usize]) -> Option<LoosePiece> {
-    let position = |a: usize| elastic.lattice.position(a);
+fn loose(solid: &Solid, piece: &[usize]) -> Option<LoosePiece> {
+    let position = |a: usize| solid.lattice.position(a);
     let centre = piece.iter().map(|&a| position(a)).sum::<Vec3>() / piece.len() as f64;
-    let radius = piece.iter().map(|&a| (position(a) - centre).norm()).fold(elastic.lattice.spacing, f64::max);
+    let radius = piece.iter().map(|&a| (position(a) - centre).norm()).fold(solid.lattice.spacing, f64::max);
     // A component held at x along an axis forbids (translation + rotation x (x - centre)) . axis.
     let mut holds = Matrix6::zeros();
     let mut forbid = |x: &Vec3, axis: &Vec3| {
@@ -68,17 +68,17 @@ fn loose(elastic: &Elastic, piece: &[usize]) -> Option<LoosePiece> {
         let row = Vector6::new(axis.x, axis.y, axis.z, turn.x, turn.y, turn.z);
         holds += row * row.transpose();
     };
-    let mut member = vec![false; elastic.len()];
+    let mut member = vec![false; solid.len()];
     for &a in piece {
         member[a] = true;
     }
-    for (x, projector) in elastic.lift.holds_near(|a| member[a]) {
+    for (x, projector) in solid.lift.holds_near(|a| member[a]) {
         // The columns of a projector span what it holds.
         for i in 0..3 {
             forbid(&x, &projector.column(i).into());
         }
     }
-    for p in elastic.fixed.particles.iter().filter(|p| member[p.particle]) {
+    for p in solid.fixed.particles.iter().filter(|p| member[p.particle]) {
         for i in (0..3).filter(|&i| p.fix[i]) {
             forbid(&position(p.particle), &Vec3::ith(i, 1.0));
         }

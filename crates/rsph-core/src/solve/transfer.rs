@@ -3,7 +3,7 @@
 
 use super::hexahedra::corner;
 use super::nodes::{NO_NODE, NodeMap, offset};
-use crate::dynamics::elastic::Elastic;
+use crate::dynamics::solid::Solid;
 use crate::lattice::NO_PARTICLE;
 use crate::tensor::Vec3;
 use rayon::prelude::*;
@@ -35,9 +35,9 @@ pub struct Transfer {
 }
 
 impl Transfer {
-    /// The blocks of `elastic`'s lattice.
-    pub fn new(elastic: &Elastic) -> Self {
-        let lattice = &elastic.lattice;
+    /// The blocks of `solid`'s lattice.
+    pub fn new(solid: &Solid) -> Self {
+        let lattice = &solid.lattice;
         let cells: Vec<[usize; 3]> = (0..lattice.len()).map(|a| lattice.coordinates(a)).collect();
         let block_place = |c: &[usize; 3]| c.map(|x| (x / BLOCK) as i32);
         let blocks = NodeMap::new(cells.iter().map(block_place));
@@ -77,10 +77,10 @@ impl Transfer {
         Self { blocks, nodes, nodes_of, particles_of, blocks_of, block_and_place, weights, of_block }
     }
 
-    /// The corners of the block nearest to the place `x` of the lattice of `elastic`, with their trilinear weights at
+    /// The corners of the block nearest to the place `x` of the lattice of `solid`, with their trilinear weights at
     /// the place in the block that is nearest to it; `None` far from all blocks.
-    pub fn corners_at(&self, elastic: &Elastic, x: &Vec3) -> Option<[(u32, f64); 8]> {
-        let q = (x - elastic.lattice.origin) / (BLOCK as f64 * elastic.lattice.spacing);
+    pub fn corners_at(&self, solid: &Solid, x: &Vec3) -> Option<[(u32, f64); 8]> {
+        let q = (x - solid.lattice.origin) / (BLOCK as f64 * solid.lattice.spacing);
         let home = q.map(f64::floor);
         let candidates = (0..27).filter_map(|s| {
             let o = offset(s);

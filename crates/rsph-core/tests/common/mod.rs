@@ -4,7 +4,7 @@
 use rsph_core::boundary::constraints::Constraints;
 use rsph_core::boundary::fold::Folds;
 use rsph_core::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature, rim};
-use rsph_core::dynamics::elastic::Elastic;
+use rsph_core::dynamics::solid::Solid;
 use rsph_core::lattice::Lattice;
 use rsph_core::material::{KelvinVoigt, Material, Model, REGISTRY};
 use rsph_core::mls::Cloud;
@@ -53,7 +53,7 @@ pub const T: f64 = 0.2;
 
 /// A solid with its positions.
 pub struct TestBody {
-    pub elastic: Elastic,
+    pub solid: Solid,
     pub positions: Vec<Vec3>,
     pub spacing: f64,
     /// The surface with the weights of the particles.
@@ -113,10 +113,10 @@ pub fn remeshed_body(
     if dimension == 2 {
         fixed.hold_in_plane(positions.len());
     }
-    let elastic = |volume: &[f64]| {
+    let solid = |volume: &[f64]| {
         let lattice = Lattice::new(&sampled.grid, &sampled.cells, smoothing, dimension);
         let folds = Folds::new(&constraints, &boundary, &lattice, moved.is_some());
-        Elastic::new(lattice, volume, fixed.clone(), Arc::clone(&material), modulus)
+        Solid::new(lattice, volume, fixed.clone(), Arc::clone(&material), modulus)
             .folded(folds, &constraints.holds)
     };
     let mut volume = sampled.volume.clone();
@@ -125,13 +125,13 @@ pub fn remeshed_body(
         let d: Vec<Vec3> = nodes.iter().zip(&positions).map(|(x, x0)| x - x0).collect();
         let d = Column::from_vectors(&d);
         let back = |g: &Mat3| Mat3::identity() - g;
-        let of_d = elastic(&volume).gradient(0.0, d.values());
+        let of_d = solid(&volume).gradient(0.0, d.values());
         volume.iter_mut().zip(&of_d).for_each(|(v, g)| *v *= back(g).determinant());
-        let of_d = elastic(&volume).gradient(0.0, d.values());
+        let of_d = solid(&volume).gradient(0.0, d.values());
         gradients = of_d.iter().map(|g| back(g).try_inverse().unwrap()).collect();
     }
-    let elastic = elastic(&volume);
-    let doubled = elastic.lift.folds.doubled(&positions, &volume, spacing);
+    let solid = solid(&volume);
+    let doubled = solid.lift.folds.doubled(&positions, &volume, spacing);
     let cloud = Cloud::new(&doubled.positions, &doubled.volume, spacing);
     let cloud = cloud.in_dimension(dimension).for_surface(smoothing);
     let fits = |places: &[Vec3]| places.iter().map(|x| cloud.fit_at(x)).collect();
@@ -139,9 +139,9 @@ pub fn remeshed_body(
     let held = |x: &Vec3, n: &Vec3| constraints.held_at(x, n);
     let holds = &constraints.holds;
     let surface = SurfaceQuadrature::new(&boundary, dimension, spacing, &particles, holds, &held);
-    let elastic = if moved.is_some() { elastic.remeshed(&gradients) } else { elastic };
-    let elastic = elastic.with_surface(&surface, holds, &sampled.cut(), &positions);
-    TestBody { elastic, positions, spacing, surface }
+    let solid = if moved.is_some() { solid.remeshed(&gradients) } else { solid };
+    let solid = solid.with_surface(&surface, holds, &sampled.cut(), &positions);
+    TestBody { solid, positions, spacing, surface }
 }
 
 /// A half-space of the unit cube's faces.
@@ -176,17 +176,17 @@ pub fn ball(smoothing: f64) -> TestBody {
 }
 
 /// Conjugate gradients for K u = f.
-pub fn solve(elastic: &mut Elastic, load: &[f64]) -> Vec<f64> {
+pub fn solve(solid: &mut Solid, load: &[f64]) -> Vec<f64> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let mut x = vec![0.0; load.len()];
     let mut r = load.to_vec();
-    elastic.fixed.zero(&mut r, load.len() / 3);
+    solid.fixed.zero(&mut r, load.len() / 3);
     let mut p = r.clone();
     let mut q = vec![0.0; load.len()];
     let mut rr = dot(&r, &r);
     let goal = 1e-18 * rr;
     while rr > goal {
-        elastic.force_of(&p, &mut q);
+        solid.force_of(&p, &mut q);
         let alpha = -rr / dot(&p, &q);
         for i in 0..x.len() {
             x[i] += alpha * p[i];

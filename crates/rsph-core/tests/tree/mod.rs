@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 /// A source file.
 pub struct SourceFile {
-    /// Path relative to the crate's `src`, with forward slashes: `dynamics/elastic.rs`.
+    /// Path relative to the crate's `src`, with forward slashes: `dynamics/solid.rs`.
     pub path: String,
     /// Its text.
     pub text: String,

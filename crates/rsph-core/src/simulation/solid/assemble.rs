@@ -7,7 +7,7 @@ use crate::boundary::fold::Folds;
 use crate::boundary::load::{LoadedBody, nodal_loads};
 use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature};
-use crate::dynamics::elastic::Elastic;
+use crate::dynamics::solid::Solid;
 use crate::error::InvalidInput;
 use crate::grid::Grid;
 use crate::lattice::Lattice;
@@ -84,14 +84,14 @@ impl LatticeParticles {
     ///
     /// # Errors
     /// A boundary that holds none of the particles.
-    pub fn elastic(
+    pub fn solid(
         &self,
         setup: &Setup,
         nodes: &NodeLattice<3>,
         held: &Held,
         surface: &TriangleMesh,
         remeshed: bool,
-    ) -> Result<Elastic, InvalidInput> {
+    ) -> Result<Solid, InvalidInput> {
         let low: [i32; 3] = std::array::from_fn(|i| self.nodes.iter().map(|n| n[i]).min().unwrap_or(0));
         let high: [i32; 3] = std::array::from_fn(|i| self.nodes.iter().map(|n| n[i]).max().unwrap_or(0));
         let origin = nodes.origin + Vec3::from_fn(|i, _| f64::from(low[i])) * nodes.spacing;
@@ -110,7 +110,7 @@ impl LatticeParticles {
             Held::Surface(constraints) => Folds::new(constraints, surface, &lattice, remeshed),
             Held::Layers(_) => Folds::default(),
         };
-        Ok(Elastic::new(lattice, &self.volume, fixed, material, hourglass).folded(folds, held.holds()))
+        Ok(Solid::new(lattice, &self.volume, fixed, material, hourglass).folded(folds, held.holds()))
     }
 
     /// The undeformed `surface` with the weights of these particles and of their images in `folds`.
@@ -134,14 +134,14 @@ impl LatticeParticles {
         SurfaceQuadrature::new(surface, setup.shape.dimension(), spacing, &particles, held.holds(), &held_at)
     }
 
-    /// The loads on the particles of `elastic`.
+    /// The loads on the particles of `solid`.
     ///
     /// # Errors
     /// A load that acts on nothing.
     pub fn loads(
         &self,
         setup: &Setup,
-        elastic: &Elastic,
+        solid: &Solid,
         (boundary, surface): (&TriangleMesh, &SurfaceQuadrature),
         held: &Held,
     ) -> Result<Vec<NodalLoad>, InvalidInput> {
@@ -149,11 +149,11 @@ impl LatticeParticles {
         let on_faces = |l: &Load| matches!(l.kind, LoadKind::Traction { .. } | LoadKind::Pressure { .. });
         let by_faces = matches!(held, Held::Layers(_)) && setup.shape.is_box();
         let area = (by_faces && setup.loads.iter().any(on_faces))
-            .then(|| area_vectors(&elastic.lattice, &elastic.moments(), &[]));
-        let (spacing, positions) = (elastic.lattice.spacing, self.positions());
+            .then(|| area_vectors(&solid.lattice, &solid.moments(), &[]));
+        let (spacing, positions) = (solid.lattice.spacing, self.positions());
         let loaded = LoadedBody {
             shape: &*setup.shape,
-            mass: &elastic.mass,
+            mass: &solid.mass,
             positions: &positions,
             spacing,
             tolerance: 1e-3 * spacing,
@@ -161,7 +161,7 @@ impl LatticeParticles {
             surface,
             faces: area.as_deref().map(|area_vectors| Faces {
                 area_vectors,
-                depth: flat_face::DEPTH * elastic.lattice.smoothing_length,
+                depth: flat_face::DEPTH * solid.lattice.smoothing_length,
                 tolerance: flat_face::TOLERANCE,
             }),
         };

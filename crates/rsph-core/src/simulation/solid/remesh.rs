@@ -9,7 +9,7 @@
 use super::assemble::LatticeParticles;
 use super::held::Held;
 use crate::boundary::surface_quadrature::SurfaceQuadrature;
-use crate::dynamics::elastic::Elastic;
+use crate::dynamics::solid::Solid;
 use crate::error::{FailureKind, InvalidInput};
 use crate::kernel::RemeshKernel;
 use crate::mesh::TriangleMesh;
@@ -171,7 +171,7 @@ fn drop_those(kept: &mut Vec<usize>, dropped: &[bool]) {
 pub(super) struct RemeshedSolid {
     pub lattice_particles: LatticeParticles,
     /// Dynamics of the adjoint formulation, without loads.
-    pub elastic: Elastic,
+    pub solid: Solid,
     /// The undeformed surface with the weights of the particles.
     pub quadrature: SurfaceQuadrature,
     /// Reference, mass, volume and what was carried.
@@ -240,7 +240,7 @@ impl Undeformed {
             let (mut lattice_particles, folded_mass) = arrivals.particles(&kept, &shares);
             let u = arrivals.columns(&kept, 0, 3);
             let gradient = lattice_particles
-                .elastic(setup, &self.lattice, held, surface, true)?
+                .solid(setup, &self.lattice, held, surface, true)?
                 .gradient(time, u.values());
             let stray: Vec<bool> = (kept.par_iter().zip(&gradient))
                 .map(|(k, g)| strays(&arrivals.back(*k), &(Mat3::identity() - g)))
@@ -250,10 +250,10 @@ impl Undeformed {
                 continue;
             }
             let rescaling = self.weigh(&mut lattice_particles, &gradient)?;
-            let (mut elastic, quadrature) =
+            let (mut solid, quadrature) =
                 self.deformed(setup, &lattice_particles, held, time, u.values(), surface)?;
-            elastic.linearise(time, u.values());
-            let inverted = elastic.inverted_in_state();
+            solid.linearise(time, u.values());
+            let inverted = solid.inverted_in_state();
             if let Some(first) = inverted.iter().position(|inverted| *inverted) {
                 let volume =
                     lattice_particles.volume.iter().zip(&inverted).filter(|(_, inverted)| **inverted);
@@ -272,12 +272,12 @@ impl Undeformed {
                 first += components;
             }
             new.set(Field::Reference, lattice_particles.reference.clone());
-            new.set(Field::Mass, Column::shared(Arc::clone(&elastic.mass), kept.len()));
+            new.set(Field::Mass, Column::shared(Arc::clone(&solid.mass), kept.len()));
             new.set(Field::Volume, Column::shared(Arc::clone(&lattice_particles.volume), kept.len()));
             return Ok(RemeshedSolid {
                 around: arrivals.around(),
                 lattice_particles,
-                elastic,
+                solid,
                 quadrature,
                 particles: new,
                 folded_mass: folded_mass * setup.material.density(),
@@ -350,9 +350,9 @@ impl Undeformed {
         time: f64,
         u: &[f64],
         surface: &TriangleMesh,
-    ) -> Result<(Elastic, SurfaceQuadrature), SolidRemeshError> {
-        let mut elastic = lattice_particles.elastic(setup, &self.lattice, held, surface, true)?;
-        let gradient = elastic.gradient(time, u);
+    ) -> Result<(Solid, SurfaceQuadrature), SolidRemeshError> {
+        let mut solid = lattice_particles.solid(setup, &self.lattice, held, surface, true)?;
+        let gradient = solid.gradient(time, u);
         let gradients: Vec<Mat3> = gradient
             .iter()
             .enumerate()
@@ -363,17 +363,17 @@ impl Undeformed {
             })
             .collect::<Result<_, _>>()?;
         let quadrature =
-            lattice_particles.quadrature(setup, surface, self.lattice.spacing, held, &elastic.lift.folds);
-        let elastic = elastic.remeshed(&gradients);
-        let elastic = match held {
-            Held::Surface(constraints) => elastic.with_surface(
+            lattice_particles.quadrature(setup, surface, self.lattice.spacing, held, &solid.lift.folds);
+        let solid = solid.remeshed(&gradients);
+        let solid = match held {
+            Held::Surface(constraints) => solid.with_surface(
                 &quadrature,
                 &constraints.holds,
                 &lattice_particles.cut,
                 &lattice_particles.positions(),
             ),
-            Held::Layers(_) => elastic,
+            Held::Layers(_) => solid,
         };
-        Ok((elastic, quadrature))
+        Ok((solid, quadrature))
     }
 }

@@ -1,7 +1,7 @@
 //! Stress by the law of the material, in every particle: P(F, dF/dt), its tangent about a state, and where the body is turned
 //! inside out.
 
-use super::Elastic;
+use super::Solid;
 use super::correction::{GENERAL, SYMMETRIC};
 use super::stress::{Change, Hooke, PositiveChange, State, Total};
 use crate::boundary::force_sums::ForceSums;
@@ -20,7 +20,7 @@ fn matrix(field: &[Tile], (tile, lane): (usize, usize)) -> Mat3 {
     Mat3::from_fn(|i, j| field[tile * PAIR_COMPONENTS + 3 * i + j].0[lane])
 }
 
-impl Elastic {
+impl Solid {
     /// Whether stress is a linear function of strain.
     pub fn is_linear(&self) -> bool {
         self.linear
@@ -86,7 +86,7 @@ impl Elastic {
         self.inverted
     }
 
-    /// Takes the displacement u at time `t` as the state about which [`Elastic::apply`] is the tangent.
+    /// Takes the displacement u at time `t` as the state about which [`Solid::apply`] is the tangent.
     pub fn linearise(&mut self, t: f64, u: &[f64]) {
         self.linearise_for_newton(t, 1.0, u, None);
     }
@@ -133,7 +133,7 @@ impl Elastic {
         self.work.state.is_positive = positive;
     }
 
-    /// Takes the undeformed body as the state about which [`Elastic::apply`] is the tangent.
+    /// Takes the undeformed body as the state about which [`Solid::apply`] is the tangent.
     pub fn linearise_undeformed(&mut self) {
         self.work.state = State::default();
     }
@@ -238,7 +238,7 @@ impl Elastic {
             .for_each(|(k, (fx, fy, fz))| self.internal_forces(k * chunk, [fx, fy, fz]));
     }
 
-    /// What acts on the body at rest under `load` with the internal forces of the last [`Elastic::force_at_rest`].
+    /// What acts on the body at rest under `load` with the internal forces of the last [`Solid::force_at_rest`].
     pub fn sums_at_rest(&self, load: &[f64], force: &[f64]) -> ForceSums {
         let n = self.len();
         let mut sums = ForceSums { reaction: self.lift.reaction().0, ..ForceSums::default() };
@@ -258,7 +258,7 @@ impl Elastic {
         sums
     }
 
-    /// Elastic energy with the displacement u, that of hourglass term and held faces included, when moved faces have gone that
+    /// Solid energy with the displacement u, that of hourglass term and held faces included, when moved faces have gone that
     /// share of their way up to time `t`; infinite where the body is turned inside out.
     pub fn elastic_energy(&mut self, t: f64, share: f64, u: &[f64]) -> f64 {
         self.spread_share(t, share, u);

@@ -35,7 +35,7 @@ const PARTICLES_PER_SUM: usize = 512;
 
 /// A solid body on its lattice.
 #[derive(Clone, Debug)]
-pub struct Elastic {
+pub struct Solid {
     /// The lattice of the last remesh.
     pub lattice: Lattice,
     /// F = d xi / d X of every particle at the last remesh, by which gradients on the lattice become
@@ -86,7 +86,7 @@ struct Workspace {
     sums: Vec<ForceSums>,
 }
 
-impl Elastic {
+impl Solid {
     /// A body of particles with these volumes at the nodes of `lattice`, with `hourglass` as the modulus (Pa) of the
     /// hourglass term. Its surface is neither held nor corrected.
     pub fn new(
@@ -336,7 +336,7 @@ impl Elastic {
     }
 }
 
-impl Dynamics for Elastic {
+impl Dynamics for Solid {
     fn integrated(&self) -> &'static [Field] {
         &[Field::Displacement, Field::Velocity]
     }
@@ -392,12 +392,12 @@ impl Dynamics for Elastic {
         total
     }
 
-    fn elastic(&mut self) -> Option<&mut Elastic> {
+    fn solid(&mut self) -> Option<&mut Solid> {
         Some(self)
     }
 
     fn smallest_jacobian(&mut self, t: f64, particles: &Particles) -> Option<(usize, f64)> {
-        Elastic::smallest_jacobian(self, t, particles.column(Field::Displacement).values())
+        Solid::smallest_jacobian(self, t, particles.column(Field::Displacement).values())
     }
 
     fn loads_mut(&mut self) -> Option<&mut Vec<NodalLoad>> {

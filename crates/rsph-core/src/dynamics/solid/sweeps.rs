@@ -4,7 +4,7 @@ use super::constants::{Constants, Local, scatter};
 use super::correction::{Correction, ForceField, GENERAL, GradientField, PLACES, ROW, SYM, SYMMETRIC};
 use super::hourglass::Memory;
 use super::stress::{Gradients, Hooke, Stress, StressSweep};
-use super::{Elastic, Workspace};
+use super::{Solid, Workspace};
 use crate::ops::{self, PAIR_COMPONENTS, Pointwise, Results, Side};
 use crate::tensor::lanes::{Lanes, Real, Tensor};
 use crate::tensor::{Mat3, SymTensor, Vec3};
@@ -290,7 +290,7 @@ where
     }
 }
 
-impl Elastic {
+impl Solid {
     /// Prepares V_b (z_b - z_0) of the field z = u + T v, whose gradient is the effective strain of Eq. (5), and what held faces
     /// and the correction near the surface make of it.
     pub(super) fn spread(&mut self, u: &[f64], v: Option<(&[f64], f64)>) {
