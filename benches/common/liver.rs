@@ -4,8 +4,8 @@ use rsph_core::material::KelvinVoigt;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Fix, Initial, Integration, Load, LoadKind, Mechanics, PatchCentre, Ramp, Remesh, Scheme, Setup,
-    Solver, TimeStep, Units,
+    Boundary, Fix, Integration, Load, LoadKind, PatchCentre, Ramp, Scheme, Setup, SolidSetup, Solver,
+    TimeStep,
 };
 use rsph_core::shape::organ;
 use rsph_core::simulation::Simulation;
@@ -23,20 +23,18 @@ pub fn liver(particles: usize, solver: Solver, scheme: Scheme) -> Simulation {
     let time_step = if scheme == Scheme::Sdirk2 { TimeStep::Fixed(FRAME) } else { TimeStep::Auto };
     let held = Region::Plane { axis: Axis::Y, at: -0.05, side: Side::Below };
     Simulation::new(Setup {
-        units: Units::Si,
-        shape: Arc::new(organ("liver").expect("an organ")),
-        resolution: Resolution::Particles(particles),
-        material: Arc::new(KelvinVoigt::new(1000.0, 1e5, 0.3, 0.2).expect("liver")),
-        initial: Initial::default(),
-        boundaries: vec![Boundary { region: held, fix: Fix::ALL, motion: None }],
-        loads: vec![press(0, 270.0)],
-        mechanics: Mechanics::Solid,
-        remesh: Remesh::default(),
         solver,
         time_step,
         integration: Integration { scheme, ..Integration::default() },
-        allow_unstable: false,
-        probes: Vec::new(),
+        ..Setup::new(
+            Arc::new(organ("liver").expect("an organ")),
+            Resolution::Particles(particles),
+            SolidSetup {
+                material: Arc::new(KelvinVoigt::new(1000.0, 1e5, 0.3, 0.2).expect("liver")),
+                boundaries: vec![Boundary { region: held, fix: Fix::ALL, motion: None }],
+                loads: vec![press(0, 270.0)],
+            },
+        )
     })
     .expect("a liver")
 }

@@ -10,8 +10,8 @@ use rsph_core::material::{KelvinVoigt, Material, NeoHookean};
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Fix, Initial, Integration, Load, LoadKind, Mechanics, Ramp, Remesh, RemeshTrigger, Scheme,
-    Setup, Solver, TimeStep, Units,
+    Boundary, Fix, Integration, Load, LoadKind, Ramp, Remesh, RemeshTrigger, Scheme, Setup, SolidSetup,
+    Solver, Units,
 };
 use rsph_core::shape::BoxShape;
 use rsph_core::simulation::Simulation;
@@ -37,22 +37,21 @@ fn cube_of(n: usize, solver: Solver, material: Arc<dyn Material>, remesh: Remesh
     let face = |at, side| Region::Plane { axis: Axis::Z, at, side };
     Simulation::new(Setup {
         units: Units::Normalised,
-        shape: Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).expect("a unit cube")),
-        resolution: Resolution::Spacing(1.0 / n as f64),
-        material,
-        initial: Initial::default(),
-        boundaries: vec![Boundary { region: face(0.0, Side::Below), fix: Fix::ALL, motion: None }],
-        loads: vec![Load {
-            kind: LoadKind::Traction { region: face(1.0, Side::Above), traction: Vec3::z() },
-            ramp: Ramp::default(),
-        }],
-        mechanics: Mechanics::Solid,
         remesh,
         solver,
-        time_step: TimeStep::Auto,
         integration: Integration { scheme: Scheme::Rk4, ..Integration::default() },
-        allow_unstable: false,
-        probes: Vec::new(),
+        ..Setup::new(
+            Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).expect("a unit cube")),
+            Resolution::Spacing(1.0 / n as f64),
+            SolidSetup {
+                material,
+                boundaries: vec![Boundary { region: face(0.0, Side::Below), fix: Fix::ALL, motion: None }],
+                loads: vec![Load {
+                    kind: LoadKind::Traction { region: face(1.0, Side::Above), traction: Vec3::z() },
+                    ramp: Ramp::default(),
+                }],
+            },
+        )
     })
     .expect("a cube")
 }

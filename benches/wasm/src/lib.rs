@@ -4,7 +4,7 @@ use rsph_core::material::KelvinVoigt;
 use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{Fix, 
+use rsph_core::setup::{SolidSetup, Fix, 
     Boundary, Initial, Integration, Load, LoadKind, Mechanics, PatchCentre, Ramp, Remesh, Scheme, Setup,
     Solver, TimeStep, Units,
 };
@@ -56,21 +56,6 @@ fn liver(particles: usize) -> Option<Simulation> {
         radius: Some(0.037),
         direction: -Vec3::y(),
     };
-    Simulation::new(Setup {
-        units: Units::Si,
-        shape: Arc::new(organ("liver").ok()?),
-        resolution: Resolution::Particles(particles),
-        material: Arc::new(KelvinVoigt::new(1000.0, 1e5, 0.3, 0.2).ok()?),
-        initial: Initial::default(),
-        boundaries: vec![Boundary { region: held, fix: Fix::ALL, motion: None }],
-        loads: vec![Load { kind: patch, ramp: Ramp::default() }],
-        mechanics: Mechanics::Solid,
-        remesh: Remesh::default(),
-        solver: Solver::ACCURATE,
-        time_step: TimeStep::Auto,
-        integration: Integration { scheme: Scheme::Rk4, ..Integration::default() },
-        allow_unstable: false,
-        probes: Vec::new(),
-    })
+    Simulation::new(Setup { solver: Solver::ACCURATE, integration: Integration { scheme: Scheme::Rk4, ..Integration::default() }, ..Setup::new(Arc::new(organ("liver").ok()?), Resolution::Particles(particles), SolidSetup { material: Arc::new(KelvinVoigt::new(1000.0, 1e5, 0.3, 0.2).ok()?), boundaries: vec![Boundary { region: held, fix: Fix::ALL, motion: None }], loads: vec![Load { kind: patch, ramp: Ramp::default() }] }) })
     .ok()
 }

@@ -1,12 +1,11 @@
 //! Everything a simulation is made from, in the words of a scenario file.
 
 mod interaction;
-mod prescription;
+mod mechanics;
 
 pub use interaction::{Interaction, InteractionSetting};
-pub use prescription::{Mechanics, Prescription, Remesh, RemeshTrigger, STRAIN};
+pub use mechanics::{Mechanics, Prescription, Remesh, RemeshTrigger, STRAIN, SolidSetup};
 
-use crate::material::Material;
 use crate::region::Region;
 use crate::sample::Resolution;
 use crate::shape::Shape;
@@ -372,25 +371,40 @@ pub struct Probe {
     pub region: Region,
 }
 
-/// Everything a simulation is made from.
+/// Everything a simulation is made from: what every kind of body has, and what only a body with the mechanics `M` has.
+///
+/// ```
+/// use rsph_core::material::KelvinVoigt;
+/// use rsph_core::sample::Resolution;
+/// use rsph_core::setup::{Boundary, Setup, SolidSetup, Units};
+/// use rsph_core::simulation::Simulation;
+/// # use rsph_core::region::{Axis, Region, Side};
+/// # use rsph_core::setup::Fix;
+/// # use rsph_core::shape::BoxShape;
+/// # use rsph_core::tensor::Vec3;
+/// use std::sync::Arc;
+///
+/// let cube = Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros())?);
+/// let material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2)?);
+/// let mut setup = Setup::new(cube, Resolution::Particles(216), SolidSetup::new(material));
+/// setup.units = Units::Normalised;
+/// # let region = Region::Plane { axis: Axis::Z, at: 0.0, side: Side::Below };
+/// setup.mechanics.boundaries.push(Boundary { region, fix: Fix::ALL, motion: None });
+/// Simulation::new(setup)?.step()?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
-pub struct Setup {
+pub struct Setup<M = Mechanics> {
     /// Labels only.
     pub units: Units,
     /// The body.
     pub shape: Arc<dyn Shape>,
     /// How fine.
     pub resolution: Resolution,
-    /// Of what.
-    pub material: Arc<dyn Material>,
     /// Initial values.
     pub initial: Initial,
-    /// What is held.
-    pub boundaries: Vec<Boundary>,
-    /// What pushes.
-    pub loads: Vec<Load>,
     /// What moves the particles.
-    pub mechanics: Mechanics,
+    pub mechanics: M,
     /// Whether, when and how particles are remeshed.
     pub remesh: Remesh,
     /// Discretisation.
@@ -403,4 +417,61 @@ pub struct Setup {
     pub allow_unstable: bool,
     /// What is recorded.
     pub probes: Vec<Probe>,
+}
+
+impl<M> Setup<M> {
+    /// A body at rest, with the default of everything else.
+    pub fn new(shape: Arc<dyn Shape>, resolution: Resolution, mechanics: M) -> Self {
+        Self {
+            units: Units::default(),
+            shape,
+            resolution,
+            initial: Initial::default(),
+            mechanics,
+            remesh: Remesh::default(),
+            solver: Solver::default(),
+            time_step: TimeStep::default(),
+            integration: Integration::default(),
+            allow_unstable: false,
+            probes: Vec::new(),
+        }
+    }
+
+    /// The same with other mechanics.
+    pub fn with_mechanics<N>(self, mechanics: N) -> Setup<N> {
+        let Self { units, shape, resolution, initial, remesh, solver, .. } = self;
+        let Self { time_step, integration, allow_unstable, probes, .. } = self;
+        Setup {
+            units,
+            shape,
+            resolution,
+            initial,
+            mechanics,
+            remesh,
+            solver,
+            time_step,
+            integration,
+            allow_unstable,
+            probes,
+        }
+    }
+}
+
+impl Setup {
+    /// What a solid has; `None` for any other kind of body.
+    pub fn solid(&self) -> Option<&SolidSetup> {
+        if let Mechanics::Solid(solid) = &self.mechanics { Some(solid) } else { None }
+    }
+
+    /// The same, to change it.
+    pub fn solid_mut(&mut self) -> Option<&mut SolidSetup> {
+        if let Mechanics::Solid(solid) = &mut self.mechanics { Some(solid) } else { None }
+    }
+}
+
+impl From<Setup<SolidSetup>> for Setup {
+    fn from(setup: Setup<SolidSetup>) -> Self {
+        let solid = setup.mechanics.clone();
+        setup.with_mechanics(Mechanics::Solid(solid))
+    }
 }

@@ -46,8 +46,8 @@ pub fn own_readings(
     trigger: RemeshTrigger,
 ) -> &'static [(&'static str, &'static str)] {
     match mechanics {
-        Mechanics::Solid if trigger == RemeshTrigger::Never => &[],
-        Mechanics::Solid | Mechanics::Prescribed(_) => &[(VOLUME_INSIDE, "m^3")],
+        Mechanics::Solid(_) if trigger == RemeshTrigger::Never => &[],
+        Mechanics::Solid(_) | Mechanics::Prescribed(_) => &[(VOLUME_INSIDE, "m^3")],
         Mechanics::Interaction(_) => fsi_1d::READINGS,
     }
 }
@@ -157,10 +157,14 @@ impl Simulation {
     ///
     /// # Errors
     /// The first input that can not be simulated.
-    pub fn new(setup: Setup) -> Result<Self, InvalidInput> {
+    pub fn new(setup: impl Into<Setup>) -> Result<Self, InvalidInput> {
+        Self::of(setup.into())
+    }
+
+    fn of(setup: Setup) -> Result<Self, InvalidInput> {
         checks::check_solver(&setup.solver)?;
         let parts = match &setup.mechanics {
-            Mechanics::Solid => SolidBody::parts(&setup)?,
+            Mechanics::Solid(solid) => SolidBody::parts(&setup.clone().with_mechanics(solid.clone()))?,
             Mechanics::Prescribed(prescription) => PrescribedBody::parts(&setup, prescription)?,
             Mechanics::Interaction(setting) => FluidBesideSolid::parts(&setup, setting)?,
         };
@@ -172,8 +176,8 @@ impl Simulation {
         let forces = integrator.evaluate(dynamics, &particles, 0.0);
         // The energy is a difference of squares of u / dx, which round to 1e-16 of themselves. A strain e over
         // a length L, with u = e L, has (dx / L)^2 1e16 times as much.
-        let rounding =
-            1e-16 * setup.material.p_wave_modulus() * description.volume / description.spacing.powi(2);
+        let modulus = setup.solid().map_or(0.0, |solid| solid.material.p_wave_modulus());
+        let rounding = 1e-16 * modulus * description.volume / description.spacing.powi(2);
         Ok(Self {
             watch: Watchdog::new(dynamics, &particles, energy, rounding),
             balance: Balance::new(dynamics.account(), &particles, energy, forces),
@@ -379,7 +383,8 @@ impl Simulation {
             smallest_jacobian: self.model.dynamics_mut().smallest_jacobian(time, &self.particles),
         };
         let inverted = look.smallest_jacobian.filter(|(_, j)| *j <= 0.0);
-        if let (Some((particle, _)), Some(_)) = (inverted, self.setup.material.law().finite_strain()) {
+        let law = self.setup.solid().and_then(|solid| solid.material.law().finite_strain());
+        if let (Some((particle, _)), Some(_)) = (inverted, law) {
             let place = self.particles.column(Field::Reference).vector(particle);
             return Err(self.fail(checks::inverted(place, Moment { time, step })));
         }
@@ -409,7 +414,9 @@ impl Simulation {
     /// A load that acts on nothing, or a body whose loads can not be replaced; nothing has changed then.
     pub fn set_loads(&mut self, loads: Vec<Load>) -> Result<(), InvalidInput> {
         self.model.set_loads(&loads, self.time)?;
-        self.setup.loads = loads;
+        if let Some(solid) = self.setup.solid_mut() {
+            solid.loads = loads;
+        }
         Ok(())
     }
 
@@ -441,7 +448,8 @@ impl Simulation {
         let mut setup = self.setup.clone();
         (setup.integration, setup.time_step) = (integration, step);
         let dynamics = self.model.dynamics_mut();
-        let Some(solid) = dynamics.solid() else {
+        let (Some(solid), Some(material)) = (dynamics.solid(), setup.solid().map(|solid| &*solid.material))
+        else {
             return Err(InvalidInput::new(
                 "time.integrator",
                 integration.scheme.name(),
@@ -451,7 +459,7 @@ impl Simulation {
         };
         solid.linearise(self.time, self.particles.column(Field::Displacement).values());
         let limit = step_limit(solid);
-        let pace = choose_pace(&setup, &limit, true)?;
+        let pace = choose_pace(&setup, material, &limit, true)?;
         self.description.scheme = pace.scheme;
         self.description.scheme_reason = pace.reason;
         self.description.shortest_step = pace.adaptive;
@@ -509,7 +517,7 @@ impl Simulation {
     /// The probes' readings of this moment, in order, and then those of [`own_readings`].
     pub fn readings(&mut self) -> Vec<Reading> {
         let mut readings = self.model.readings(&self.particles, self.time);
-        if matches!(self.setup.mechanics, Mechanics::Solid) && self.remesh_log().is_some() {
+        if self.setup.solid().is_some() && self.remesh_log().is_some() {
             let now = Snapshot { time: self.time, step: self.steps, particles: self.particles.clone() };
             let value = self.model.surface(&now).mesh.volume();
             readings.push(Reading { name: VOLUME_INSIDE.into(), value });

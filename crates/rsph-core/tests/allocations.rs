@@ -3,7 +3,7 @@
 use rsph_core::material::KelvinVoigt;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{Boundary, Fix, Initial, Load, LoadKind, Ramp, Setup, Solver, TimeStep, Units};
+use rsph_core::setup::{Boundary, Fix, Load, LoadKind, Ramp, Setup, SolidSetup, Units};
 use rsph_core::shape::BoxShape;
 use rsph_core::simulation::Simulation;
 use rsph_core::tensor::Vec3;
@@ -43,22 +43,18 @@ fn a_step_does_not_allocate() {
     let face = |at, side| Region::Plane { axis: Axis::Z, at, side };
     let mut simulation = Simulation::new(Setup {
         units: Units::Normalised,
-        mechanics: rsph_core::setup::Mechanics::Solid,
-        remesh: rsph_core::setup::Remesh::default(),
-        shape: Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap()),
-        resolution: Resolution::Particles(1000),
-        material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap()),
-        initial: Initial::default(),
-        boundaries: vec![Boundary { region: face(0.0, Side::Below), fix: Fix::ALL, motion: None }],
-        loads: vec![Load {
-            kind: LoadKind::Traction { region: face(1.0, Side::Above), traction: Vec3::z() },
-            ramp: Ramp::default(),
-        }],
-        solver: Solver::default(),
-        time_step: TimeStep::Auto,
-        integration: rsph_core::setup::Integration::default(),
-        allow_unstable: false,
-        probes: Vec::new(),
+        ..Setup::new(
+            Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap()),
+            Resolution::Particles(1000),
+            SolidSetup {
+                material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap()),
+                boundaries: vec![Boundary { region: face(0.0, Side::Below), fix: Fix::ALL, motion: None }],
+                loads: vec![Load {
+                    kind: LoadKind::Traction { region: face(1.0, Side::Above), traction: Vec3::z() },
+                    ramp: Ramp::default(),
+                }],
+            },
+        )
     })
     .unwrap();
     // Inside of the pool: what the pool itself allocates when work comes from outside is not ours.

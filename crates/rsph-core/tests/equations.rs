@@ -13,7 +13,7 @@ use rsph_core::mls::{Cloud, PointWeights};
 use rsph_core::particles::{Column, Field, Particles};
 use rsph_core::region::Region;
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{Initial, Load, LoadKind, Ramp, Setup, Solver, TimeStep, Units, VectorField};
+use rsph_core::setup::{Initial, Load, LoadKind, Ramp, Setup, SolidSetup, Units, VectorField};
 use rsph_core::shape::BoxShape;
 use rsph_core::simulation::Simulation;
 use rsph_core::tensor::{Mat3, SymTensor, Vec3};
@@ -22,20 +22,17 @@ use std::sync::Arc;
 /// A free cube of 6^3 particles, density 2, E = 100, nu = 0.3, T = 0.2.
 fn free_cube(initial: Initial, loads: Vec<Load>) -> Simulation {
     Simulation::new(Setup {
-        mechanics: rsph_core::setup::Mechanics::Solid,
-        remesh: rsph_core::setup::Remesh::default(),
         units: Units::Normalised,
-        shape: Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap()),
-        resolution: Resolution::Particles(216),
-        material: Arc::new(KelvinVoigt::new(2.0, 100.0, 0.3, 0.2).unwrap()),
         initial,
-        boundaries: Vec::new(),
-        loads,
-        solver: Solver::default(),
-        time_step: TimeStep::Auto,
-        integration: rsph_core::setup::Integration::default(),
-        allow_unstable: false,
-        probes: Vec::new(),
+        ..Setup::new(
+            Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap()),
+            Resolution::Particles(216),
+            SolidSetup {
+                material: Arc::new(KelvinVoigt::new(2.0, 100.0, 0.3, 0.2).unwrap()),
+                boundaries: Vec::new(),
+                loads,
+            },
+        )
     })
     .unwrap()
 }

@@ -8,7 +8,6 @@ use rsph_core::error::FailureKind;
 use rsph_core::fluid::{Acoustic, Burgers, FluidLaw};
 use rsph_core::integrate::{Integrator, RungeKutta4};
 use rsph_core::kernel::RemeshKernel;
-use rsph_core::material::Passive;
 use rsph_core::particles::{Column, Field, Particles};
 use rsph_core::region::Region;
 use rsph_core::sample::Resolution;
@@ -165,34 +164,25 @@ fn without_viscosity_and_source_energy_is_kept() {
 
 fn setup(spacing: f64, trigger: RemeshTrigger) -> Setup {
     let size = Vec3::new(1.0, 0.1, 0.1);
+    let shape = Arc::new(BoxShape::new(size, Vec3::new(-0.5, 0.0, 0.0)).unwrap());
+    let mechanics = Mechanics::Interaction(InteractionSetting {
+        fluid: burgers(),
+        elasticity: 1.0,
+        solid_density: 1.0,
+        interface: 0.0,
+    });
+    let velocity = VectorField::Wave {
+        constant: Vec3::new(-0.1, 0.0, 0.0),
+        amplitude: Vec3::new(-0.1, 0.0, 0.0),
+        wave_number: Vec3::new(1.0, 0.0, 0.0),
+        phase: 0.0,
+    };
     Setup {
         units: Units::Normalised,
-        shape: Arc::new(BoxShape::new(size, Vec3::new(-0.5, 0.0, 0.0)).unwrap()),
-        resolution: Resolution::Spacing(spacing),
-        material: Arc::new(Passive { density: 1.0 }),
-        initial: Initial {
-            velocity: VectorField::Wave {
-                constant: Vec3::new(-0.1, 0.0, 0.0),
-                amplitude: Vec3::new(-0.1, 0.0, 0.0),
-                wave_number: Vec3::new(1.0, 0.0, 0.0),
-                phase: 0.0,
-            },
-            ..Initial::default()
-        },
-        boundaries: Vec::new(),
-        loads: Vec::new(),
-        mechanics: Mechanics::Interaction(InteractionSetting {
-            fluid: burgers(),
-            elasticity: 1.0,
-            solid_density: 1.0,
-            interface: 0.0,
-        }),
+        initial: Initial { velocity, ..Initial::default() },
         remesh: Remesh { trigger, kernel: RemeshKernel::Lambda42, ..Remesh::default() },
         solver: Solver { smoothing: 0.85, ..Solver::default() },
-        integration: rsph_core::setup::Integration::default(),
-        time_step: TimeStep::Auto,
-        allow_unstable: false,
-        probes: Vec::new(),
+        ..Setup::new(shape, Resolution::Spacing(spacing), mechanics)
     }
 }
 

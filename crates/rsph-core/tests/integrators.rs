@@ -6,8 +6,8 @@ use rsph_core::material::KelvinVoigt;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Fix, Initial, Integration, Load, LoadKind, Mechanics, Probe, Quantity, Ramp, Remesh, Scheme,
-    Setup, Solver, TimeStep, Units,
+    Boundary, Fix, Integration, Load, LoadKind, Probe, Quantity, Ramp, Scheme, Setup, SolidSetup, Solver,
+    TimeStep, Units,
 };
 use rsph_core::shape::{BoxShape, MeshShape};
 use rsph_core::simulation::Simulation;
@@ -19,34 +19,33 @@ fn plane(at: f64, side: Side) -> Region {
 }
 
 /// The tensile cube of section 5.2 with nu = 0.
-fn cube(scheme: Scheme, step: TimeStep) -> Setup {
+fn cube(scheme: Scheme, step: TimeStep) -> Setup<SolidSetup> {
     Setup {
         units: Units::Normalised,
-        mechanics: Mechanics::Solid,
-        remesh: Remesh::default(),
-        shape: Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap()),
-        resolution: Resolution::Particles(343),
-        material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.0, 0.2).unwrap()),
-        initial: Initial::default(),
-        boundaries: vec![Boundary { region: plane(0.0, Side::Below), fix: Fix::ALL, motion: None }],
-        loads: vec![Load {
-            kind: LoadKind::Traction { region: plane(1.0, Side::Above), traction: Vec3::z() },
-            ramp: Ramp::default(),
-        }],
-        solver: Solver::default(),
         time_step: step,
         integration: Integration { scheme, tolerance: 1e-5 },
-        allow_unstable: false,
         probes: vec![Probe {
             name: "extension".into(),
             quantity: Quantity::parse("displacement.z").unwrap(),
             region: plane(1.0, Side::Above),
         }],
+        ..Setup::new(
+            Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap()),
+            Resolution::Particles(343),
+            SolidSetup {
+                material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.0, 0.2).unwrap()),
+                boundaries: vec![Boundary { region: plane(0.0, Side::Below), fix: Fix::ALL, motion: None }],
+                loads: vec![Load {
+                    kind: LoadKind::Traction { region: plane(1.0, Side::Above), traction: Vec3::z() },
+                    ramp: Ramp::default(),
+                }],
+            },
+        )
     }
 }
 
 /// Extension of the cube at each of `times`.
-fn extensions(setup: Setup, times: &[f64]) -> (Vec<f64>, Simulation) {
+fn extensions(setup: Setup<SolidSetup>, times: &[f64]) -> (Vec<f64>, Simulation) {
     let mut simulation = Simulation::new(setup).unwrap();
     let read = times.iter().map(|&t| {
         simulation.advance_to(t, &mut |_| true).unwrap();
@@ -150,7 +149,7 @@ fn statics_is_where_motion_ends() {
 #[test]
 fn a_loose_body_has_no_equilibrium_and_says_so() {
     let mut setup = cube(Scheme::Auto, TimeStep::Auto);
-    setup.boundaries.clear();
+    setup.mechanics.boundaries.clear();
     let mut simulation = Simulation::new(setup).unwrap();
     let failure = simulation.solve_static(1.0, &mut |_, _| true).unwrap_err();
     assert!(failure.what.contains("held by nothing"), "{failure}");
@@ -162,7 +161,7 @@ fn schemes_that_do_not_fit_are_refused() {
     setup.solver.formulation = rsph_core::setup::Formulation::Paper;
     assert_eq!(Simulation::new(setup).unwrap_err().key, "time.integrator");
     let mut setup = cube(Scheme::Rkc2, TimeStep::Auto);
-    setup.material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.0, 0.0).unwrap());
+    setup.mechanics.material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.0, 0.0).unwrap());
     assert_eq!(Simulation::new(setup).unwrap_err().key, "time.integrator");
     let e = Simulation::new(cube(Scheme::Sdirk2, TimeStep::Fixed(f64::NAN))).unwrap_err();
     assert_eq!(e.key, "time.dt");
@@ -182,7 +181,7 @@ fn a_clamp_through_a_body_acts_at_its_plane() {
 }
 
 /// Two blocks, one held, joined by a square neck of that width; particles are 0.1 apart.
-fn dumbbell(neck: f64) -> Setup {
+fn dumbbell(neck: f64) -> Setup<SolidSetup> {
     let block = |x: &Vec3, centre: f64, half: Vec3| {
         let q = (x - Vec3::new(0.0, 0.0, centre)).abs() - half;
         q.sup(&Vec3::zeros()).norm() + q.max().min(0.0)
@@ -201,8 +200,9 @@ fn dumbbell(neck: f64) -> Setup {
     let mut setup = cube(Scheme::Auto, TimeStep::Auto);
     setup.shape = Arc::new(shape);
     setup.resolution = Resolution::Spacing(0.1);
-    setup.boundaries = vec![Boundary { region: plane(-0.4, Side::Below), fix: Fix::ALL, motion: None }];
-    setup.loads = vec![Load {
+    setup.mechanics.boundaries =
+        vec![Boundary { region: plane(-0.4, Side::Below), fix: Fix::ALL, motion: None }];
+    setup.mechanics.loads = vec![Load {
         kind: LoadKind::BodyForce { region: Region::All, acceleration: Vec3::new(0.1, 0.0, -0.3) },
         ramp: Ramp::default(),
     }];

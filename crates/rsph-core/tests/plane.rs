@@ -9,8 +9,8 @@ use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Fix, Initial, Integration, Load, LoadKind, Mechanics, Motion, Probe, Quantity, Ramp, Remesh,
-    RemeshTrigger, Scheme, Setup, Solver, TimeStep, Units, VectorField,
+    Boundary, Fix, Integration, Load, LoadKind, Motion, Probe, Quantity, Ramp, RemeshTrigger, Scheme, Setup,
+    SolidSetup, Solver, Units, VectorField,
 };
 use rsph_core::shape::{DiscShape, RectangleShape, Shape, SphereShape};
 use rsph_core::simulation::Simulation;
@@ -21,22 +21,11 @@ fn neo_hookean(relaxation_time: f64) -> Arc<dyn Material> {
     Arc::new(NeoHookean::new(1.0, 10.0, 0.3, relaxation_time).unwrap())
 }
 
-fn setup(shape: impl Shape + 'static, spacing: f64, material: Arc<dyn Material>) -> Setup {
+fn setup(shape: impl Shape + 'static, spacing: f64, material: Arc<dyn Material>) -> Setup<SolidSetup> {
     Setup {
         units: Units::Normalised,
-        shape: Arc::new(shape),
-        resolution: Resolution::Spacing(spacing),
-        material,
-        initial: Initial::default(),
-        boundaries: Vec::new(),
-        loads: Vec::new(),
-        mechanics: Mechanics::Solid,
-        remesh: Remesh::default(),
         solver: Solver::ACCURATE,
-        integration: Integration::default(),
-        time_step: TimeStep::Auto,
-        allow_unstable: false,
-        probes: Vec::new(),
+        ..Setup::new(Arc::new(shape), Resolution::Spacing(spacing), SolidSetup::new(material))
     }
 }
 
@@ -75,10 +64,10 @@ fn a_pulled_block_has_the_strain_of_plane_strain() {
     let material: Arc<dyn Material> = Arc::new(KelvinVoigt::new(1.0, e, nu, 0.0).unwrap());
     for spacing in [0.1, 0.13] {
         let mut setup = setup(square(), spacing, Arc::clone(&material));
-        setup.boundaries.push(hold(bottom(), Fix::Normal));
-        setup.boundaries.push(hold(plane(Axis::X, 0.0, Side::Below), Fix::Normal));
+        setup.mechanics.boundaries.push(hold(bottom(), Fix::Normal));
+        setup.mechanics.boundaries.push(hold(plane(Axis::X, 0.0, Side::Below), Fix::Normal));
         let kind = LoadKind::Traction { region: top(), traction: pull * Vec3::y() };
-        setup.loads.push(Load { kind, ramp: Ramp::default() });
+        setup.mechanics.loads.push(Load { kind, ramp: Ramp::default() });
         let mut sim = Simulation::new(setup).unwrap();
         let found = sim.solve_static(0.0, &mut |_, _| true).unwrap();
         assert!((found.load.y - pull).abs() < 1e-9, "per metre of thickness: {}", found.load);
@@ -99,11 +88,11 @@ fn a_pulled_block_has_the_strain_of_plane_strain() {
 }
 
 /// Remeshes a body that has been deformed by `a` and moves as `rate` x, and compares with both.
-fn affine_body_stays_affine(mut setup: Setup, a: &Mat3, rate: &Mat3) {
+fn affine_body_stays_affine(mut setup: Setup<SolidSetup>, a: &Mat3, rate: &Mat3) {
     setup.remesh.trigger = RemeshTrigger::Steps(u64::MAX);
     setup.initial.displacement = affine(a - Mat3::identity());
     setup.initial.velocity = affine(rate * a);
-    let law = Arc::clone(&setup.material);
+    let law = Arc::clone(&setup.mechanics.material);
     let mut sim = Simulation::new(setup).unwrap();
     let before = sim.conservation();
     for _ in 0..2 {
@@ -159,8 +148,8 @@ fn a_plate_pulls_through_a_remesh() {
     let displacement = Vec3::new(0.1, 0.27, 0.0);
     let motion = Motion::Ramp { displacement, ramp: Ramp { from: 0.0, to: 1.0 } };
     let mut setup = setup(square(), 0.1, neo_hookean(0.0));
-    setup.boundaries.push(hold(bottom(), Fix::ALL));
-    setup.boundaries.push(Boundary { motion: Some(motion), ..hold(top(), Fix::ALL) });
+    setup.mechanics.boundaries.push(hold(bottom(), Fix::ALL));
+    setup.mechanics.boundaries.push(Boundary { motion: Some(motion), ..hold(top(), Fix::ALL) });
     setup.probes.push(probe("displacement", Region::Point(Vec3::new(0.5, 0.0, 0.0))));
     setup.probes.push(probe("displacement", Region::Point(Vec3::new(0.5, 1.0, 0.0))));
     setup.remesh.trigger = RemeshTrigger::Steps(u64::MAX);
@@ -177,9 +166,9 @@ fn a_plate_pulls_through_a_remesh() {
 fn a_pulled_block_goes_on_through_a_remesh() {
     let run = |trigger: RemeshTrigger, scheme: Scheme| {
         let mut setup = setup(square(), 0.125, neo_hookean(0.1));
-        setup.boundaries.push(hold(bottom(), Fix::ALL));
+        setup.mechanics.boundaries.push(hold(bottom(), Fix::ALL));
         let kind = LoadKind::Traction { region: top(), traction: 3.0 * Vec3::y() };
-        setup.loads.push(Load { kind, ramp: Ramp { from: 0.0, to: 1.0 } });
+        setup.mechanics.loads.push(Load { kind, ramp: Ramp { from: 0.0, to: 1.0 } });
         setup.probes.push(probe("displacement.y", top()));
         setup.remesh.trigger = trigger;
         setup.integration = Integration { scheme, tolerance: 0.01 };
@@ -214,9 +203,9 @@ fn every_law_and_every_cut_rests_in_the_plane() {
         let disc = DiscShape::new(0.5, [0.0; 2]).unwrap();
         let mut setup = setup(disc, 0.08, Arc::clone(&material));
         let (point, normal) = (Vec3::new(0.0, -0.2, 0.0), Vec3::new(0.2, 1.0, 0.0));
-        setup.boundaries.push(hold(Region::HalfSpace { point, normal }, Fix::ALL));
+        setup.mechanics.boundaries.push(hold(Region::HalfSpace { point, normal }, Fix::ALL));
         let kind = LoadKind::BodyForce { region: Region::All, acceleration: Vec3::new(0.3, -0.5, 0.0) };
-        setup.loads.push(Load { kind, ramp: Ramp::default() });
+        setup.mechanics.loads.push(Load { kind, ramp: Ramp::default() });
         let mut sim = Simulation::new(setup).unwrap();
         let found = sim.solve_static(0.0, &mut |_, _| true).unwrap();
         assert!(found.iterations < 60, "{}: {}", material.name(), found.iterations);
@@ -254,8 +243,8 @@ fn a_body_that_is_crushed_fails_with_a_place() {
     let displacement = Vec3::new(0.0, -0.97, 0.0);
     let motion = Motion::Ramp { displacement, ramp: Ramp { from: 0.0, to: 0.2 } };
     let mut setup = setup(square(), 0.125, neo_hookean(0.0));
-    setup.boundaries.push(hold(bottom(), Fix::ALL));
-    setup.boundaries.push(Boundary { motion: Some(motion), ..hold(top(), Fix::ALL) });
+    setup.mechanics.boundaries.push(hold(bottom(), Fix::ALL));
+    setup.mechanics.boundaries.push(Boundary { motion: Some(motion), ..hold(top(), Fix::ALL) });
     let mut sim = Simulation::new(setup).unwrap();
     let failure = sim.advance_to(0.2, &mut |_| true).unwrap_err();
     assert_eq!(failure.kind, FailureKind::Inverted, "{failure}");
@@ -266,20 +255,20 @@ fn a_body_that_is_crushed_fails_with_a_place() {
 #[test]
 fn what_leaves_the_plane_is_refused() {
     let block = || setup(square(), 0.1, neo_hookean(0.0));
-    let refused = |setup: Setup, key: &str| {
+    let refused = |setup: Setup<SolidSetup>, key: &str| {
         let error = Simulation::new(setup).unwrap_err();
         assert_eq!(error.key, key, "{error}");
     };
     let mut across = block();
-    across.boundaries.push(hold(plane(Axis::Z, 0.0, Side::Below), Fix::ALL));
+    across.mechanics.boundaries.push(hold(plane(Axis::Z, 0.0, Side::Below), Fix::ALL));
     refused(across, "boundary[0].region");
     let mut pushed = block();
     let kind = LoadKind::Traction { region: top(), traction: Vec3::z() };
-    pushed.loads.push(Load { kind, ramp: Ramp::default() });
+    pushed.mechanics.loads.push(Load { kind, ramp: Ramp::default() });
     refused(pushed, "load[0].traction");
     let mut moved = block();
     let motion = Motion::Ramp { displacement: Vec3::z(), ramp: Ramp::default() };
-    moved.boundaries.push(Boundary { motion: Some(motion), ..hold(bottom(), Fix::ALL) });
+    moved.mechanics.boundaries.push(Boundary { motion: Some(motion), ..hold(bottom(), Fix::ALL) });
     refused(moved, "boundary[0].motion");
     let mut literal = block();
     literal.solver.formulation = rsph_core::setup::Formulation::Paper;

@@ -6,8 +6,7 @@ use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Fix, Initial, Integration, Load, LoadKind, Mechanics, Probe, Quantity, Ramp, Remesh, Setup,
-    Solver, TimeStep, Units,
+    Boundary, Fix, Load, LoadKind, Probe, Quantity, Ramp, Setup, SolidSetup, Solver, Units,
 };
 use rsph_core::shape::{BoxShape, MeshShape, Shape};
 use rsph_core::simulation::Simulation;
@@ -25,19 +24,16 @@ fn turned_cube(n: usize, nu: f64, load: f64) -> Simulation {
     let kind = LoadKind::Traction { region: beyond(shift + up, up), traction: load * up };
     Simulation::new(Setup {
         units: Units::Normalised,
-        shape: Arc::new(MeshShape::new(&mesh, "turned").unwrap().0),
-        resolution: Resolution::Spacing(1.0 / n as f64),
-        material: Arc::new(NeoHookean::new(1.0, 10.0, nu, 0.0).unwrap()),
-        initial: Initial::default(),
-        boundaries: vec![Boundary { region: beyond(shift, -up), fix: Fix::ALL, motion: None }],
-        loads: vec![Load { kind, ramp: Ramp { from: 0.0, to: 1.0 } }],
-        mechanics: Mechanics::Solid,
-        remesh: Remesh::default(),
         solver: Solver::ACCURATE,
-        time_step: TimeStep::Auto,
-        integration: Integration::default(),
-        allow_unstable: false,
-        probes: Vec::new(),
+        ..Setup::new(
+            Arc::new(MeshShape::new(&mesh, "turned").unwrap().0),
+            Resolution::Spacing(1.0 / n as f64),
+            SolidSetup {
+                material: Arc::new(NeoHookean::new(1.0, 10.0, nu, 0.0).unwrap()),
+                boundaries: vec![Boundary { region: beyond(shift, -up), fix: Fix::ALL, motion: None }],
+                loads: vec![Load { kind, ramp: Ramp { from: 0.0, to: 1.0 } }],
+            },
+        )
     })
     .unwrap()
 }
@@ -72,13 +68,22 @@ fn a_rod_bends_far_without_false_strain() {
             region: end,
         };
         let mut rod = Simulation::new(Setup {
-            shape: Arc::new(BoxShape::new(Vec3::new(length, edge, edge), Vec3::zeros()).unwrap()),
-            resolution: Resolution::Spacing(edge / 6.0),
-            material: material.unwrap(),
-            boundaries: vec![Boundary { region: plane(0.0, Side::Below), fix: Fix::ALL, motion: None }],
-            loads: vec![Load { kind, ramp: Ramp::default() }],
+            units: Units::Normalised,
+            solver: Solver::ACCURATE,
             probes: vec![probe],
-            ..turned_cube(3, 0.3, 1.0).setup().clone()
+            ..Setup::new(
+                Arc::new(BoxShape::new(Vec3::new(length, edge, edge), Vec3::zeros()).unwrap()),
+                Resolution::Spacing(edge / 6.0),
+                SolidSetup {
+                    material: material.unwrap(),
+                    boundaries: vec![Boundary {
+                        region: plane(0.0, Side::Below),
+                        fix: Fix::ALL,
+                        motion: None,
+                    }],
+                    loads: vec![Load { kind, ramp: Ramp::default() }],
+                },
+            )
         })
         .unwrap();
         rod.solve_static(1.0, &mut |_, _| true).unwrap();

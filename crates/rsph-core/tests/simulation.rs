@@ -12,8 +12,8 @@ use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::{Resolution, sample};
 use rsph_core::setup::{
-    Boundary, Fix, Formulation, Initial, Load, LoadKind, Motion, PatchCentre, Probe, Quantity, Ramp, Scheme,
-    Setup, Solver, TimeStep, Units, VectorField,
+    Boundary, Fix, Formulation, Load, LoadKind, Motion, PatchCentre, Probe, Quantity, Ramp, Scheme, Setup,
+    SolidSetup, TimeStep, Units, VectorField,
 };
 use rsph_core::shape::{BoxShape, Shape, SphereShape, organ};
 use rsph_core::simulation::Simulation;
@@ -30,22 +30,14 @@ fn clamp(region: Region) -> Boundary {
 }
 
 /// A body of the paper's liver (E = 100, T = 0.2) without boundaries or loads.
-fn setup(shape: impl Shape + 'static, resolution: Resolution, nu: f64) -> Setup {
+fn setup(shape: impl Shape + 'static, resolution: Resolution, nu: f64) -> Setup<SolidSetup> {
     Setup {
         units: Units::Normalised,
-        mechanics: rsph_core::setup::Mechanics::Solid,
-        remesh: rsph_core::setup::Remesh::default(),
-        shape: Arc::new(shape),
-        resolution,
-        material: Arc::new(KelvinVoigt::new(1.0, 100.0, nu, 0.2).unwrap()),
-        initial: Initial::default(),
-        boundaries: Vec::new(),
-        loads: Vec::new(),
-        solver: Solver::default(),
-        time_step: TimeStep::Auto,
-        integration: rsph_core::setup::Integration::default(),
-        allow_unstable: false,
-        probes: Vec::new(),
+        ..Setup::new(
+            Arc::new(shape),
+            resolution,
+            SolidSetup::new(Arc::new(KelvinVoigt::new(1.0, 100.0, nu, 0.2).unwrap())),
+        )
     }
 }
 
@@ -60,10 +52,11 @@ fn advance(simulation: &mut Simulation, t: f64) {
 #[test]
 fn a_traction_on_a_disc_of_a_face_has_the_force_of_its_area() {
     let mut s = setup(unit_cube(), Resolution::Particles(343), 0.3);
-    s.boundaries = vec![clamp(plane(Axis::Z, 0.0, Side::Below))];
+    s.mechanics.boundaries = vec![clamp(plane(Axis::Z, 0.0, Side::Below))];
     let (centre, radius) = (Vec3::new(0.52, 0.47, 1.0), 0.31);
     let region = Region::SurfacePatch { centre, radius, facing: Vec3::z() };
-    s.loads = vec![Load { kind: LoadKind::Traction { region, traction: Vec3::x() }, ramp: Ramp::default() }];
+    s.mechanics.loads =
+        vec![Load { kind: LoadKind::Traction { region, traction: Vec3::x() }, ramp: Ramp::default() }];
     let area = std::f64::consts::PI * radius * radius;
     let load = Simulation::new(s).unwrap().description().load;
     assert!((load.x / area - 1.0).abs() < 1e-3, "{load:?} {area}");
@@ -72,7 +65,7 @@ fn a_traction_on_a_disc_of_a_face_has_the_force_of_its_area() {
 #[test]
 fn a_moved_plate_strains_a_bar_uniformly() {
     let mut s = setup(unit_cube(), Resolution::Particles(343), 0.0);
-    s.boundaries = vec![
+    s.mechanics.boundaries = vec![
         clamp(plane(Axis::Z, 0.0, Side::Below)),
         Boundary {
             region: plane(Axis::Z, 1.0, Side::Above),
@@ -94,9 +87,10 @@ fn a_moved_plate_strains_a_bar_uniformly() {
 }
 
 /// The surface of the unit cube at rest, pulled at its head.
-fn surface_when_pulled(mut s: Setup) -> Surface {
+fn surface_when_pulled(mut s: Setup<SolidSetup>) -> Surface {
     let region = plane(Axis::Z, 1.0, Side::Above);
-    s.loads = vec![Load { kind: LoadKind::Traction { region, traction: Vec3::z() }, ramp: Ramp::default() }];
+    s.mechanics.loads =
+        vec![Load { kind: LoadKind::Traction { region, traction: Vec3::z() }, ramp: Ramp::default() }];
     let mut simulation = Simulation::new(s).unwrap();
     simulation.solve_static(0.0, &mut |_, _| true).unwrap();
     let snapshot = simulation.snapshot();
@@ -108,7 +102,7 @@ fn surface_when_pulled(mut s: Setup) -> Surface {
 fn the_stress_on_the_surface_of_a_pulled_bar_is_uniform_up_to_its_edges() {
     let mut s = setup(unit_cube(), Resolution::Spacing(1.0 / 6.3), 0.3);
     let roller = |axis| Boundary { region: plane(axis, 0.0, Side::Below), fix: Fix::Normal, motion: None };
-    s.boundaries = [Axis::X, Axis::Y, Axis::Z].map(roller).to_vec();
+    s.mechanics.boundaries = [Axis::X, Axis::Y, Axis::Z].map(roller).to_vec();
     let surface = surface_when_pulled(s);
     let stress = &surface.field("stress").unwrap().values;
     assert!(stress.len() > 1000);
@@ -124,7 +118,7 @@ fn the_stress_on_the_surface_of_a_pulled_bar_is_uniform_up_to_its_edges() {
 fn the_shear_on_a_roller_is_what_is_known_of_its_traction() {
     let mut s = setup(unit_cube(), Resolution::Spacing(0.1), 0.3);
     let roller = |axis| Boundary { region: plane(axis, 0.0, Side::Below), fix: Fix::Normal, motion: None };
-    s.boundaries = vec![roller(Axis::X), roller(Axis::Y), clamp(plane(Axis::Z, 0.0, Side::Below))];
+    s.mechanics.boundaries = vec![roller(Axis::X), roller(Axis::Y), clamp(plane(Axis::Z, 0.0, Side::Below))];
     let surface = surface_when_pulled(s);
     let (shear, stress) = (surface.field("shear_strain").unwrap(), surface.field("stress").unwrap());
     let undeformed = surface.field("displacement").unwrap().values.chunks_exact(3);
@@ -148,10 +142,10 @@ fn strain_under_forces_from_outside_is_not_that_of_a_free_surface() {
     let pressed = |from_outside: bool| {
         let mut s = setup(SphereShape::new(0.5, Vec3::zeros()).unwrap(), Resolution::Spacing(0.1), 0.3);
         let middle = Region::Ball { centre: Vec3::zeros(), radius: 0.1 };
-        s.boundaries = vec![Boundary { region: middle, fix: Fix::ALL, motion: None }];
+        s.mechanics.boundaries = vec![Boundary { region: middle, fix: Fix::ALL, motion: None }];
         let pressure = LoadKind::Pressure { region: Region::All, pressure: 1.0 };
         if !from_outside {
-            s.loads = vec![Load { kind: pressure, ramp: Ramp::default() }];
+            s.mechanics.loads = vec![Load { kind: pressure, ramp: Ramp::default() }];
         }
         let mut simulation = Simulation::new(s).unwrap();
         if from_outside {
@@ -180,10 +174,10 @@ fn a_patch_load_does_not_push_the_faces_beside_it() {
         let mut s = setup(SphereShape::new(1.0, Vec3::zeros()).unwrap(), Resolution::Spacing(0.2), 0.3);
         let half = |x| Region::HalfSpace { point: Vec3::zeros(), normal: turned(x) };
         let held = |x| Boundary { region: half(x), fix: Fix::Normal, motion: None };
-        s.boundaries = [Vec3::x(), Vec3::y(), Vec3::z()].map(held).to_vec();
+        s.mechanics.boundaries = [Vec3::x(), Vec3::y(), Vec3::z()].map(held).to_vec();
         let (centre, direction) = (PatchCentre::At(turned(Vec3::z())), -turned(Vec3::z()));
         let kind = LoadKind::Patch { pressure: 1.0, centre, radius: Some(0.4), direction };
-        s.loads = vec![Load { kind, ramp: Ramp::default() }];
+        s.mechanics.loads = vec![Load { kind, ramp: Ramp::default() }];
         Simulation::new(s).unwrap().description().load.norm()
     };
     let straight = total(0.0);
@@ -196,7 +190,7 @@ fn a_patch_load_does_not_push_the_faces_beside_it() {
 fn ball_error(spacing: f64, smoothing: f64) -> f64 {
     let mut s = setup(SphereShape::new(0.5, Vec3::zeros()).unwrap(), Resolution::Spacing(spacing), 0.3);
     s.solver.smoothing = smoothing;
-    s.loads =
+    s.mechanics.loads =
         vec![Load { kind: LoadKind::Pressure { region: Region::All, pressure: 1.0 }, ramp: Ramp::default() }];
     s.probes = vec![Probe {
         name: "strain".into(),
@@ -223,8 +217,8 @@ fn a_roller_bar_contracts_sideways_freely() {
     let mut s = setup(unit_cube(), Resolution::Particles(343), 0.3);
     let roller =
         |axis: Axis| Boundary { region: plane(axis, 0.0, Side::Below), fix: Fix::Normal, motion: None };
-    s.boundaries = vec![roller(Axis::X), roller(Axis::Y), roller(Axis::Z)];
-    s.loads = vec![Load {
+    s.mechanics.boundaries = vec![roller(Axis::X), roller(Axis::Y), roller(Axis::Z)];
+    s.mechanics.loads = vec![Load {
         kind: LoadKind::Traction { region: plane(Axis::Z, 1.0, Side::Above), traction: Vec3::z() },
         ramp: Ramp::default(),
     }];
@@ -311,8 +305,8 @@ fn the_result_is_the_same_on_one_thread_and_on_two() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut s = setup(organ("liver").unwrap(), Resolution::Particles(2500), 0.3);
-            s.boundaries = vec![clamp(plane(Axis::Y, -0.05, Side::Below))];
-            s.loads = vec![Load {
+            s.mechanics.boundaries = vec![clamp(plane(Axis::Y, -0.05, Side::Below))];
+            s.mechanics.loads = vec![Load {
                 kind: LoadKind::Patch {
                     pressure: 0.3,
                     centre: PatchCentre::UpperRight,
@@ -338,8 +332,8 @@ fn the_result_is_the_same_on_one_thread_and_on_two() {
 #[test]
 fn the_literal_scheme_blows_up_and_says_so() {
     let mut s = setup(unit_cube(), Resolution::Particles(343), 0.3);
-    s.boundaries = vec![clamp(plane(Axis::Z, 0.0, Side::Below))];
-    s.loads = vec![Load {
+    s.mechanics.boundaries = vec![clamp(plane(Axis::Z, 0.0, Side::Below))];
+    s.mechanics.loads = vec![Load {
         kind: LoadKind::Traction { region: plane(Axis::Z, 1.0, Side::Above), traction: Vec3::z() },
         ramp: Ramp::default(),
     }];
@@ -357,7 +351,7 @@ fn the_literal_scheme_blows_up_and_says_so() {
 #[test]
 fn a_step_above_the_limit_is_refused_with_the_limit() {
     let mut s = setup(unit_cube(), Resolution::Particles(343), 0.3);
-    s.boundaries = vec![clamp(plane(Axis::Z, 0.0, Side::Below))];
+    s.mechanics.boundaries = vec![clamp(plane(Axis::Z, 0.0, Side::Below))];
     s.time_step = TimeStep::Fixed(0.002);
     let error = Simulation::new(s.clone()).unwrap_err();
     assert_eq!(error.key, "time.dt");
@@ -377,15 +371,15 @@ fn a_step_above_the_limit_is_refused_with_the_limit() {
 fn regions_that_hold_nothing_are_named() {
     let far = Region::Ball { centre: Vec3::repeat(5.0), radius: 0.1 };
     let mut s = setup(unit_cube(), Resolution::Particles(125), 0.3);
-    s.boundaries = vec![clamp(plane(Axis::Z, 0.0, Side::Below)), clamp(far.clone())];
+    s.mechanics.boundaries = vec![clamp(plane(Axis::Z, 0.0, Side::Below)), clamp(far.clone())];
     assert_eq!(Simulation::new(s.clone()).unwrap_err().key, "boundary[1].region");
-    s.boundaries.pop();
-    s.loads = vec![Load {
+    s.mechanics.boundaries.pop();
+    s.mechanics.loads = vec![Load {
         kind: LoadKind::Traction { region: far.clone(), traction: Vec3::z() },
         ramp: Ramp::default(),
     }];
     assert_eq!(Simulation::new(s.clone()).unwrap_err().key, "load[0]");
-    s.loads.clear();
+    s.mechanics.loads.clear();
     s.probes = vec![Probe { name: "p".into(), quantity: Quantity::parse("velocity").unwrap(), region: far }];
     assert_eq!(Simulation::new(s).unwrap_err().key, "probe[0].region");
 }
@@ -395,7 +389,7 @@ fn one_clamp_written_as_two_is_the_same_clamp() {
     let run = |fixes: &[[bool; 3]]| {
         let mut s = setup(unit_cube(), Resolution::Particles(125), 0.3);
         let face = || plane(Axis::Z, 0.0, Side::Below);
-        s.boundaries = fixes
+        s.mechanics.boundaries = fixes
             .iter()
             .map(|fix| Boundary { region: face(), fix: Fix::Components(*fix), motion: None })
             .collect();
@@ -414,7 +408,7 @@ fn one_clamp_written_as_two_is_the_same_clamp() {
 #[test]
 fn held_particles_that_set_out_late_do_work() {
     let mut s = setup(unit_cube(), Resolution::Particles(343), 0.3);
-    s.boundaries = vec![
+    s.mechanics.boundaries = vec![
         clamp(plane(Axis::Z, 0.0, Side::Below)),
         Boundary {
             region: plane(Axis::Z, 0.8, Side::Above),
@@ -435,7 +429,7 @@ fn held_particles_that_set_out_late_do_work() {
 #[test]
 fn a_body_that_only_moves_as_a_whole_runs_on() {
     let mut s = setup(unit_cube(), Resolution::Particles(125), 0.3);
-    s.material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.0).unwrap());
+    s.mechanics.material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.0).unwrap());
     s.initial.displacement = VectorField::Constant(Vec3::new(0.3, 0.7, 0.1));
     let mut simulation = Simulation::new(s).unwrap();
     advance(&mut simulation, 1.0);
@@ -452,7 +446,7 @@ fn forces_put_on_the_surface_are_a_pressure_and_a_clone_goes_on_as_the_body_did(
     };
     let mut built_in = ball();
     let kind = LoadKind::Pressure { region: Region::All, pressure };
-    built_in.loads = vec![Load { kind, ramp: Ramp::default() }];
+    built_in.mechanics.loads = vec![Load { kind, ramp: Ramp::default() }];
     let mut built_in = Simulation::new(built_in).unwrap();
     let mut pushed = Simulation::new(ball()).unwrap();
     let surface = pushed.surface_quadrature().unwrap();
@@ -505,11 +499,11 @@ fn pulled_cube(probes: &[&str]) -> Simulation {
     s.integration.scheme = Scheme::Rk4;
     let motion = Motion::Ramp { displacement: Vec3::x() * 0.01, ramp: Ramp { from: 0.0, to: 0.1 } };
     let inside = Region::Ball { centre: Vec3::repeat(0.5), radius: 0.2 };
-    s.boundaries = vec![
+    s.mechanics.boundaries = vec![
         clamp(plane(Axis::Z, 0.0, Side::Below)),
         Boundary { region: inside, fix: Fix::Components([true, false, true]), motion: Some(motion) },
     ];
-    s.loads = vec![Load {
+    s.mechanics.loads = vec![Load {
         kind: LoadKind::Traction { region: plane(Axis::Z, 1.0, Side::Above), traction: Vec3::z() },
         ramp: Ramp::default(),
     }];

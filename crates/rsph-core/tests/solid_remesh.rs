@@ -6,30 +6,23 @@ use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Fix, Formulation, Initial, Load, LoadKind, Motion, Probe, Quantity, Ramp, Remesh,
-    RemeshTrigger, Setup, Solver, TimeStep, Units, VectorField,
+    Boundary, Fix, Formulation, Load, LoadKind, Motion, Probe, Quantity, Ramp, Remesh, RemeshTrigger, Setup,
+    SolidSetup, Solver, TimeStep, Units, VectorField,
 };
 use rsph_core::shape::{BoxShape, Shape, SphereShape};
 use rsph_core::simulation::Simulation;
 use rsph_core::tensor::{Mat3, Vec3};
 use std::sync::Arc;
 
-fn setup(shape: impl Shape + 'static, particles: usize, trigger: RemeshTrigger) -> Setup {
+fn setup(shape: impl Shape + 'static, particles: usize, trigger: RemeshTrigger) -> Setup<SolidSetup> {
     Setup {
         units: Units::Normalised,
-        mechanics: rsph_core::setup::Mechanics::Solid,
         remesh: Remesh { trigger, ..Remesh::default() },
-        shape: Arc::new(shape),
-        resolution: Resolution::Particles(particles),
-        material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.02).unwrap()),
-        initial: Initial::default(),
-        boundaries: Vec::new(),
-        loads: Vec::new(),
-        solver: Solver::default(),
-        integration: rsph_core::setup::Integration::default(),
-        time_step: TimeStep::Auto,
-        allow_unstable: false,
-        probes: Vec::new(),
+        ..Setup::new(
+            Arc::new(shape),
+            Resolution::Particles(particles),
+            SolidSetup::new(Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.02).unwrap())),
+        )
     }
 }
 
@@ -83,11 +76,11 @@ fn a_body_in_flight_stays_as_it_is() {
 }
 
 /// A cube between plates, one of which is moved sideways by more than a cell of the lattice.
-fn sheared(trigger: RemeshTrigger, direction: Vec3) -> Setup {
+fn sheared(trigger: RemeshTrigger, direction: Vec3) -> Setup<SolidSetup> {
     let mut s = setup(unit_cube(), 343, trigger);
     let plane = |at, side| Region::Plane { axis: Axis::Z, at, side };
     let motion = Motion::Ramp { displacement: 0.2 * direction, ramp: Ramp { from: 0.0, to: 0.5 } };
-    s.boundaries = vec![
+    s.mechanics.boundaries = vec![
         Boundary { region: plane(0.0, Side::Below), fix: Fix::ALL, motion: None },
         Boundary { region: plane(1.0, Side::Above), fix: Fix::ALL, motion: Some(motion) },
     ];
@@ -147,7 +140,7 @@ fn a_face_that_moves_along_its_normal_keeps_its_hold() {
 fn a_swinging_ball_swings_on() {
     let run = |trigger| {
         let mut s = setup(ball(), 1000, trigger);
-        s.material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 1e-4).unwrap());
+        s.mechanics.material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 1e-4).unwrap());
         s.time_step = TimeStep::Fixed(0.001);
         s.initial.displacement = affine([0.05, 0.0, -0.05]);
         let mut simulation = Simulation::new(s).unwrap();
@@ -188,14 +181,14 @@ fn the_literal_formulation_is_laid_anew_as_well() {
         let mut s = setup(unit_cube(), 343, trigger);
         s.solver = Solver { formulation: Formulation::Paper, ..s.solver };
         s.time_step = TimeStep::Fixed(0.001);
-        s.material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap());
-        s.boundaries = vec![Boundary {
+        s.mechanics.material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap());
+        s.mechanics.boundaries = vec![Boundary {
             region: Region::Plane { axis: Axis::Z, at: 0.0, side: Side::Below },
             fix: Fix::ALL,
             motion: None,
         }];
         let region = Region::Plane { axis: Axis::Z, at: 1.0, side: Side::Above };
-        s.loads =
+        s.mechanics.loads =
             vec![Load { kind: LoadKind::Traction { region, traction: Vec3::z() }, ramp: Ramp::default() }];
         let mut simulation = Simulation::new(s).unwrap();
         advance(&mut simulation, 0.1);
@@ -255,7 +248,7 @@ fn one_and_two_threads_agree_on_a_remeshed_body() {
 fn what_can_not_be_laid_anew_ends_the_run() {
     let fails = |velocity: VectorField, every: u64| {
         let mut s = setup(unit_cube(), 216, RemeshTrigger::Steps(every));
-        s.material = Arc::new(KelvinVoigt::new(1.0, 1e-3, 0.0, 1e-4).unwrap());
+        s.mechanics.material = Arc::new(KelvinVoigt::new(1.0, 1e-3, 0.0, 1e-4).unwrap());
         s.time_step = TimeStep::Fixed(0.01);
         s.initial.velocity = velocity;
         let mut simulation = Simulation::new(s).unwrap();

@@ -246,6 +246,7 @@ impl Simulation {
         let e = found.unwrap_or_default();
         let dict = PyDict::new(py);
         dict.set_item("iterations", e.iterations)?;
+        dict.set_item("newton_steps", e.steps)?;
         dict.set_item("residual", e.residual)?;
         dict.set_item("compliance", e.compliance)?;
         dict.set_item("load", vector(py, &e.load))?;
@@ -326,7 +327,7 @@ impl Simulation {
         let (d, setup) = (state.simulation.description(), state.simulation.setup());
         let dict = PyDict::new(py);
         dict.set_item("shape", setup.shape.name())?;
-        dict.set_item("material", setup.material.name())?;
+        dict.set_item("material", setup.solid().map(|solid| solid.material.name()))?;
         dict.set_item("particles", d.particles)?;
         dict.set_item("spacing", d.spacing)?;
         dict.set_item("smoothing_length", d.smoothing_length)?;

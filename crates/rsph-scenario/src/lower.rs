@@ -14,7 +14,7 @@ use crate::shape_of::{FoundShape, shape_of};
 use checks::{positive, zero_or_more};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Formulation, Initial, Integration, Mechanics, Ramp, Scheme, Setup, Solver, TimeStep, Units,
+    Formulation, Initial, Integration, Mechanics, Scheme, Setup, Solver, TimeStep, Units,
 };
 use rsph_core::shape::BoxShape;
 use rsph_core::tensor::Vec3;
@@ -98,7 +98,6 @@ impl LoadedScenario {
         let checkpoint = cadence(doc, tables)?;
         let mechanics = motion::mechanics(doc, tables)?;
         let resolution = resolution(doc, &tables.body)?;
-        let material = motion::material(doc, tables, &mechanics)?;
         let remesh = motion::remesh(doc, tables, &mechanics)?;
         let solver = solver(doc, &tables.solver, &mechanics)?;
         let initial = |key: &str, table: &Option<FieldTable>| {
@@ -108,14 +107,7 @@ impl LoadedScenario {
             displacement: initial("displacement", &tables.initial.displacement)?,
             velocity: initial("velocity", &tables.initial.velocity)?,
         };
-        let boundaries = parts::boundaries(doc, &tables.boundary)?;
         let mode = mode(doc, tables)?;
-        let mut loads = parts::loads(doc, &tables.load)?;
-        if let Mode::Static { steps: 2.. } = mode {
-            for load in loads.iter_mut().filter(|l| l.ramp == Ramp::default()) {
-                load.ramp.to = until;
-            }
-        }
         let probes = probes::probes(doc, &tables.probe, &mechanics, remesh.trigger)?;
         // Last, as reading a mesh takes longest.
         let (shape, notes) = shape()?;
@@ -126,10 +118,7 @@ impl LoadedScenario {
             },
             shape,
             resolution,
-            material,
             initial,
-            boundaries,
-            loads,
             mechanics,
             remesh,
             solver,
@@ -262,7 +251,7 @@ fn solver(doc: &Document, table: &SolverTable, mechanics: &Mechanics) -> Result<
         FormulationName::Adjoint => Formulation::Adjoint,
         FormulationName::Paper => Formulation::Paper,
     };
-    let on_lattice = formulation == Formulation::Adjoint && matches!(mechanics, Mechanics::Solid);
+    let on_lattice = formulation == Formulation::Adjoint && matches!(mechanics, Mechanics::Solid(_));
     let usual = if on_lattice { Solver::ACCURATE } else { Solver::default() };
     let smoothing = table.smoothing.unwrap_or(usual.smoothing);
     let hourglass = table.hourglass.unwrap_or(usual.hourglass);

@@ -22,13 +22,14 @@ fn the_tensile_test_is_lowered_word_by_word() {
     let job = lower(TENSILE, &[]).unwrap();
     assert_eq!((job.until, job.frame_interval), (3.0, 0.05));
     let setup = job.setup;
+    let solid = setup.solid().unwrap();
     assert_eq!(setup.resolution, Resolution::Particles(343));
     assert_eq!(setup.time_step, TimeStep::Auto);
-    assert_eq!(setup.boundaries[0].fix, Fix::ALL);
-    let LoadKind::Traction { traction, .. } = &setup.loads[0].kind else { panic!("{:?}", setup.loads) };
+    assert_eq!(solid.boundaries[0].fix, Fix::ALL);
+    let LoadKind::Traction { traction, .. } = &solid.loads[0].kind else { panic!("{:?}", solid.loads) };
     assert_eq!(traction.z, 1.0);
     assert_eq!(setup.probes[0].quantity.component, Some(2));
-    assert_eq!(setup.material.density(), 1.0);
+    assert_eq!(solid.material.density(), 1.0);
 }
 
 #[test]
@@ -46,11 +47,12 @@ fn every_kind_of_part_is_understood() {
     ])
     .unwrap();
     let setup = job.setup;
-    assert_eq!(setup.boundaries[0].fix, Fix::Components([false, false, true]));
+    let solid = setup.solid().unwrap();
+    assert_eq!(solid.boundaries[0].fix, Fix::Components([false, false, true]));
     assert!(
-        matches!(setup.boundaries[0].motion, Some(Motion::Oscillation { frequency, .. }) if frequency == 2.0)
+        matches!(solid.boundaries[0].motion, Some(Motion::Oscillation { frequency, .. }) if frequency == 2.0)
     );
-    let LoadKind::Patch { direction, radius, .. } = &setup.loads[0].kind else { panic!("{:?}", setup.loads) };
+    let LoadKind::Patch { direction, radius, .. } = &solid.loads[0].kind else { panic!("{:?}", solid.loads) };
     assert_eq!((direction.z, *radius), (-1.0, Some(0.1)));
     assert_eq!(setup.initial.displacement.at(&[0.0, 2.0, 0.0].into()).x, 2.0);
     assert_eq!(setup.initial.velocity.at(&[1.0, 0.0, 0.0].into()).y, 1.0);

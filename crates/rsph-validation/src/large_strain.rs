@@ -11,9 +11,7 @@ use super::case::history;
 use rsph_core::material::NeoHookean;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{
-    Boundary, Fix, Initial, Load, Mechanics, Motion, Ramp, Remesh, Setup, Solver, TimeStep, Units,
-};
+use rsph_core::setup::{Boundary, Fix, Motion, Ramp, Setup, SolidSetup, Units};
 use rsph_core::shape::Shape;
 use rsph_core::tensor::Vec3;
 use std::path::Path;
@@ -44,22 +42,14 @@ pub(super) fn run(quick: bool, _folder: &Path) -> Result<Vec<Row>, String> {
 }
 
 /// A body of E = 10, nu = 0.3, rho = 1 without damping, at 1/`n` of a unit of length.
-fn setup(shape: impl Shape + 'static, n: usize) -> Setup {
+fn setup(shape: impl Shape + 'static, n: usize) -> Setup<SolidSetup> {
     Setup {
         units: Units::Normalised,
-        shape: Arc::new(shape),
-        resolution: Resolution::Spacing(1.0 / n as f64),
-        material: Arc::new(NeoHookean::new(1.0, 10.0, 0.3, 0.0).expect("parameters in range")),
-        initial: Initial::default(),
-        boundaries: Vec::new(),
-        loads: Vec::<Load>::new(),
-        mechanics: Mechanics::Solid,
-        remesh: Remesh::default(),
-        solver: Solver::default(),
-        integration: rsph_core::setup::Integration::default(),
-        time_step: TimeStep::Auto,
-        allow_unstable: false,
-        probes: Vec::new(),
+        ..Setup::new(
+            Arc::new(shape),
+            Resolution::Spacing(1.0 / n as f64),
+            SolidSetup::new(Arc::new(NeoHookean::new(1.0, 10.0, 0.3, 0.0).expect("parameters in range"))),
+        )
     }
 }
 

@@ -6,7 +6,6 @@ mod finite_strain;
 mod formula;
 mod kelvin_voigt;
 mod neo_hookean;
-mod passive;
 mod saint_venant_kirchhoff;
 
 pub use corotated::Corotated;
@@ -14,7 +13,6 @@ pub use finite_strain::FiniteStrain;
 pub use formula::Formula;
 pub use kelvin_voigt::KelvinVoigt;
 pub use neo_hookean::NeoHookean;
-pub use passive::Passive;
 pub use saint_venant_kirchhoff::SaintVenantKirchhoff;
 
 use crate::error::InvalidInput;

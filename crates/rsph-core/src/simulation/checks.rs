@@ -64,7 +64,7 @@ pub(super) fn with_cause(mut failure: Failure, setup: &Setup, d: &Description, d
             dt / d.dt_limit,
             d.dt_limit
         );
-        if let Some(ratio) = incompressibility(&*setup.material) {
+        if let Some(ratio) = setup.solid().and_then(|solid| incompressibility(&*solid.material)) {
             failure.what = format!("{}: {}", failure.what, about_incompressibility(ratio));
         }
         failure.remedy = "take `time.dt = \"auto\"`, and no `time.allow_unstable`".into();

@@ -32,7 +32,7 @@ impl Simulation {
             ));
         };
         // The loads of the set-up come first.
-        loads.truncate(self.setup.loads.len());
+        loads.truncate(self.setup.solid().map_or(0, |solid| solid.loads.len()));
         if !force.is_empty() {
             loads.push(NodalLoad::new(force.to_vec(), Ramp::default()));
         }

@@ -79,7 +79,7 @@ impl PrescribedBody {
         }
         let n = positions.len();
         let cell = dx.powi(3);
-        let mass: Vec<f64> = colour.iter().map(|c| c * cell * setup.material.density()).collect();
+        let mass: Vec<f64> = colour.iter().map(|c| c * cell * p.density).collect();
         let rate = positions.iter().map(|x| p.flow.rate_at(x, 0.0)).fold(0.0, f64::max);
         let dt_limit = checks::LARGEST_STRAIN / p.flow.largest_rate().unwrap_or(rate);
         let description = Description {

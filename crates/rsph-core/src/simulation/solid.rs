@@ -28,7 +28,7 @@ use crate::mls::{Cloud, GradientFit, PointWeights};
 use crate::observe::{Reading, TaggedProbe};
 use crate::particles::{Column, Field, Particles};
 use crate::sample::{Body, sample};
-use crate::setup::{Formulation, Load, Probe, RemeshTrigger, Setup, VectorField};
+use crate::setup::{Formulation, Load, Probe, RemeshTrigger, Setup, SolidSetup, VectorField};
 use crate::shape::Shape;
 use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
@@ -44,7 +44,7 @@ use surface_reading::{Loading, SurfaceReading};
 /// A solid body.
 #[derive(Clone, Debug)]
 pub(super) struct SolidBody {
-    setup: Setup,
+    setup: Setup<SolidSetup>,
     spacing: f64,
     /// Its surface as the zero of its level set, undeformed.
     zero_surface: TriangleMesh,
@@ -103,7 +103,7 @@ enum Matter {
 
 impl Matter {
     /// The formulation that the set-up asks for, from the adjoint one with its loads.
-    fn new(setup: &Setup, solid: Solid) -> Self {
+    fn new(setup: &Setup<SolidSetup>, solid: Solid) -> Self {
         match setup.solver.formulation {
             Formulation::Adjoint => Self::Adjoint(Box::new(solid)),
             Formulation::Paper => {
@@ -115,7 +115,7 @@ impl Matter {
     }
 
     /// [`Self::gradient`] if remeshing goes by it, nothing otherwise.
-    fn gradient_for(&mut self, setup: &Setup, particles: &Particles, t: f64) -> Vec<Mat3> {
+    fn gradient_for(&mut self, setup: &Setup<SolidSetup>, particles: &Particles, t: f64) -> Vec<Mat3> {
         let wanted = setup.remesh.trigger == RemeshTrigger::Strain;
         if wanted { self.gradient(particles, t) } else { Vec::new() }
     }
@@ -137,13 +137,13 @@ impl SolidBody {
     ///
     /// # Errors
     /// The first input that can not be simulated.
-    pub fn parts(setup: &Setup) -> Result<Parts, InvalidInput> {
+    pub fn parts(setup: &Setup<SolidSetup>) -> Result<Parts, InvalidInput> {
         check_solid(setup)?;
         let setup = &with_cut_shape(setup)?;
         let (solver, shape) = (setup.solver, &*setup.shape);
         let is_paper = solver.formulation == Formulation::Paper;
         let alignment = match solver.formulation {
-            Formulation::Paper => tag::alignment(&setup.boundaries, &shape.bounds(), &solver),
+            Formulation::Paper => tag::alignment(&setup.mechanics.boundaries, &shape.bounds(), &solver),
             Formulation::Adjoint => Vec::new(),
         };
         let mut body = sample(shape, setup.resolution, &alignment)?;
@@ -162,9 +162,9 @@ impl SolidBody {
         let positions = lattice_particles.positions();
         let surface = kept_surface.as_deref().unwrap_or_else(|| shape.surface());
         let held = if is_paper {
-            Held::Layers(tag::holds(&setup.boundaries, &positions, dx, &solver)?)
+            Held::Layers(tag::holds(&setup.mechanics.boundaries, &positions, dx, &solver)?)
         } else {
-            Held::Surface(Constraints::new(&setup.boundaries, surface, &positions, dx)?)
+            Held::Surface(Constraints::new(&setup.mechanics.boundaries, surface, &positions, dx)?)
         };
         let mut solid = lattice_particles.solid(setup, &undeformed.lattice, &held, surface, false)?;
         let quadrature = lattice_particles.quadrature(setup, surface, dx, &held, &solid.lift.folds);
@@ -185,10 +185,10 @@ impl SolidBody {
         let probes = setup.probes.iter().enumerate().map(probe).collect::<Result<Vec<_>, _>>()?;
         let fits = SurfaceFits::new(&cloud, &zero_surface.vertices, reading.as_ref(), Arc::default());
         if let (Some(reading), false) = (&mut reading, setup.initial.displacement.is_zero())
-            && setup.material.relaxation_time() > 0.0
+            && setup.mechanics.material.relaxation_time() > 0.0
         {
             let u = setup.initial.displacement.at_all(&positions);
-            reading.start_from(&*setup.material, (&cloud, &fits.gradients), |a| u[a]);
+            reading.start_from(&*setup.mechanics.material, (&cloud, &fits.gradients), |a| u[a]);
         }
         drop(cloud);
 
@@ -203,7 +203,7 @@ impl SolidBody {
             ));
         }
         let limit = step_limit(&mut solid);
-        let pace = choose_pace(setup, &limit, !is_paper)?;
+        let pace = choose_pace(setup, &*setup.mechanics.material, &limit, !is_paper)?;
         let description = Description {
             particles: n,
             spacing: dx,
@@ -213,7 +213,7 @@ impl SolidBody {
             scheme_reason: pace.reason,
             dt: pace.dt,
             shortest_step: pace.adaptive,
-            fastest_decay: setup.material.relaxation_time() * limit.kappa,
+            fastest_decay: setup.mechanics.material.relaxation_time() * limit.kappa,
             dt_limit: limit.dt,
             limited_by_viscosity: limit.viscous,
             volume: lattice_particles.volume.iter().sum(),
@@ -233,7 +233,7 @@ impl SolidBody {
         if is_paper {
             let strain = solid.strain(0.0, particles.column(Field::Displacement).values());
             particles.set(Field::Strain, Column::from_vec(strain, n));
-            particles.set(Field::Density, Column::from_vec(vec![setup.material.density(); n], n));
+            particles.set(Field::Density, Column::from_vec(vec![setup.mechanics.material.density(); n], n));
         }
         let mut matter = Matter::new(setup, solid);
         let reference = particles.column(Field::Reference).share();
@@ -261,9 +261,10 @@ impl SolidBody {
     fn pushed(&self, n: usize) -> Vec<bool> {
         match &self.matter {
             // The loads of the set-up come first.
-            Matter::Adjoint(solid) => {
-                NodalLoad::acting_on(solid.loads.get(self.setup.loads.len()..).unwrap_or_default(), n)
-            }
+            Matter::Adjoint(solid) => NodalLoad::acting_on(
+                solid.loads.get(self.setup.mechanics.loads.len()..).unwrap_or_default(),
+                n,
+            ),
             Matter::Paper(_) => Vec::new(),
         }
     }
@@ -388,7 +389,7 @@ impl Model for SolidBody {
                 "take `formulation = \"adjoint\"`",
             ));
         };
-        let mut before = std::mem::replace(&mut self.setup.loads, loads.to_vec());
+        let mut before = std::mem::replace(&mut self.setup.mechanics.loads, loads.to_vec());
         let surface = self.kept_surface.as_deref().unwrap_or_else(|| self.setup.shape.surface());
         let quadrature = self.quadrature.get_or_insert_with(|| {
             self.lattice_particles.quadrature(
@@ -404,13 +405,13 @@ impl Model for SolidBody {
                 solid.loads = new;
                 if let Some(reading) = &mut self.reading {
                     // The strain of the surface goes on from what the loads before have done.
-                    std::mem::swap(&mut self.setup.loads, &mut before);
+                    std::mem::swap(&mut self.setup.mechanics.loads, &mut before);
                     reading.settle(&Loading::of(&self.setup, surface, self.spacing), time, false);
-                    std::mem::swap(&mut self.setup.loads, &mut before);
+                    std::mem::swap(&mut self.setup.mechanics.loads, &mut before);
                 }
             }
             Err(error) => {
-                self.setup.loads = before;
+                self.setup.mechanics.loads = before;
                 return Err(error);
             }
         }
@@ -477,7 +478,7 @@ impl Model for SolidBody {
         if let Some(reading) = self.reading.as_ref().filter(|_| snapshot.particles.has(Field::Strain)) {
             let loading = Loading::of(&self.setup, self.boundary_surface(), self.spacing);
             let (u, v) = (snapshot.column(Field::Displacement), snapshot.column(Field::Velocity));
-            let relaxation_time = self.setup.material.relaxation_time();
+            let relaxation_time = self.setup.mechanics.material.relaxation_time();
             let effective = |a: usize| u.vector(a) + relaxation_time * v.vector(a);
             let fits = (&cloud, &fits.gradients[..]);
             surface.set_strain_and_stress(&reading.read(
@@ -595,11 +596,13 @@ fn left_out(body: &Body, shape: &dyn Shape) -> Option<String> {
 }
 
 /// What only a prescribed motion has.
-fn check_solid(setup: &Setup) -> Result<(), InvalidInput> {
+fn check_solid(setup: &Setup<SolidSetup>) -> Result<(), InvalidInput> {
     if setup.shape.dimension() == 2 {
         plane::check(setup)?;
     }
-    if setup.solver.formulation == Formulation::Paper && setup.material.law().finite_strain().is_some() {
+    if setup.solver.formulation == Formulation::Paper
+        && setup.mechanics.material.law().finite_strain().is_some()
+    {
         return Err(InvalidInput::new(
             "solver.formulation",
             "paper",

@@ -2,6 +2,7 @@
 
 use super::checks::{about_incompressibility, incompressibility};
 use crate::error::InvalidInput;
+use crate::material::Material;
 use crate::setup::{Scheme, Setup, TimeStep, Units};
 use crate::stability::{SAFETY, StepLimit};
 
@@ -33,8 +34,13 @@ pub(super) struct Pace {
 /// # Errors
 /// `time.dt` when it is not positive, above the limit, or "auto" without a limit; `time.integrator` when
 /// the formulation or the material has nothing for it.
-pub(super) fn choose_pace(setup: &Setup, limit: &StepLimit, solvable: bool) -> Result<Pace, InvalidInput> {
-    let relaxation_time = setup.material.relaxation_time();
+pub(super) fn choose_pace<M>(
+    setup: &Setup<M>,
+    material: &dyn Material,
+    limit: &StepLimit,
+    solvable: bool,
+) -> Result<Pace, InvalidInput> {
+    let relaxation_time = material.relaxation_time();
     let dearer = limit.wave / limit.dt;
     let asked = setup.integration.scheme;
     let mut reason = None;
@@ -65,7 +71,7 @@ pub(super) fn choose_pace(setup: &Setup, limit: &StepLimit, solvable: bool) -> R
         ));
     }
     if scheme == Scheme::Rk4 {
-        let (dt, notes) = choose_step(setup, limit)?;
+        let (dt, notes) = choose_step(setup, limit, incompressibility(material))?;
         return Ok(Pace { scheme, dt, adaptive: None, reason, notes });
     }
     let notes = Vec::new();
@@ -76,7 +82,7 @@ pub(super) fn choose_pace(setup: &Setup, limit: &StepLimit, solvable: bool) -> R
         }
         _ => {
             // Whatever is wrong for RK4 is wrong here.
-            choose_step(setup, limit)?;
+            choose_step(setup, limit, incompressibility(material))?;
             let dt = (FIRST * relaxation_time).max(shortest);
             let adaptive = (scheme == Scheme::Sdirk2).then_some(shortest);
             Ok(Pace { scheme, dt, adaptive, reason, notes })
@@ -85,7 +91,7 @@ pub(super) fn choose_pace(setup: &Setup, limit: &StepLimit, solvable: bool) -> R
 }
 
 /// Whether the user gave a time step that RK4 can take.
-fn asks_for_less(setup: &Setup, limit: &StepLimit) -> bool {
+fn asks_for_less<M>(setup: &Setup<M>, limit: &StepLimit) -> bool {
     matches!(setup.time_step, TimeStep::Fixed(dt) if dt <= limit.dt || setup.allow_unstable)
 }
 
@@ -93,7 +99,7 @@ fn asks_for_less(setup: &Setup, limit: &StepLimit) -> bool {
 ///
 /// # Errors
 /// `time.integrator`.
-pub(super) fn only_rk4(setup: &Setup, kind: &str) -> Result<(), InvalidInput> {
+pub(super) fn only_rk4<M>(setup: &Setup<M>, kind: &str) -> Result<(), InvalidInput> {
     let scheme = setup.integration.scheme;
     if matches!(scheme, Scheme::Auto | Scheme::Rk4) {
         return Ok(());
@@ -106,11 +112,15 @@ pub(super) fn only_rk4(setup: &Setup, kind: &str) -> Result<(), InvalidInput> {
     ))
 }
 
-/// The time step of RK4, and what to tell the user about it.
+/// The time step of RK4, and what to tell the user about it; `incompressible` is [`incompressibility`] of the material.
 ///
 /// # Errors
 /// `time.dt`.
-pub(super) fn choose_step(setup: &Setup, limit: &StepLimit) -> Result<(f64, Vec<String>), InvalidInput> {
+pub(super) fn choose_step<M>(
+    setup: &Setup<M>,
+    limit: &StepLimit,
+    incompressible: Option<f64>,
+) -> Result<(f64, Vec<String>), InvalidInput> {
     let cause = if limit.viscous { "viscosity (dt ~ dx^2 rho / (E T))" } else { "wave speed (dt ~ dx / c)" };
     let unit = if setup.units == Units::Si { " s" } else { "" };
     match setup.time_step {
@@ -144,7 +154,7 @@ pub(super) fn choose_step(setup: &Setup, limit: &StepLimit) -> Result<(f64, Vec<
                     )],
                 ))
             } else {
-                let why = incompressibility(&*setup.material)
+                let why = incompressible
                     .map_or_else(String::new, |ratio| format!("; {}", about_incompressibility(ratio)));
                 Err(InvalidInput::new(
                     "time.dt",
@@ -166,7 +176,7 @@ pub(super) fn choose_step(setup: &Setup, limit: &StepLimit) -> Result<(f64, Vec<
 }
 
 /// The time step after what is stable has become `limit`: a given one as long as it is stable.
-pub(super) fn step_within(setup: &Setup, limit: &StepLimit) -> f64 {
+pub(super) fn step_within<M>(setup: &Setup<M>, limit: &StepLimit) -> f64 {
     match setup.time_step {
         TimeStep::Fixed(dt) if dt <= limit.dt || setup.allow_unstable => dt,
         TimeStep::Fixed(_) | TimeStep::Auto => SAFETY * limit.dt,

@@ -1,16 +1,18 @@
 //! What moves the particles, and remeshing, in the words of the core.
 
 use super::checks::positive;
-use super::parts::missing;
+use super::parts::{self, missing};
 use crate::scenario::{
-    Document, DynamicsKind, EveryValue, FluidTable, KeyPath, RemeshKernelName, Scenario, ScenarioError,
-    VelocityTable,
+    Document, DynamicsKind, EveryValue, FluidTable, KeyPath, ModeName, RemeshKernelName, Scenario,
+    ScenarioError, VelocityTable,
 };
 use rsph_core::flow::{Flow, VelocityField};
 use rsph_core::fluid::{Acoustic, Burgers, FluidLaw};
 use rsph_core::kernel::RemeshKernel;
-use rsph_core::material::{Material, Passive};
-use rsph_core::setup::{InteractionSetting, Mechanics, Prescription, Remesh, RemeshTrigger, VectorField};
+use rsph_core::material::Material;
+use rsph_core::setup::{
+    InteractionSetting, Mechanics, Prescription, Ramp, Remesh, RemeshTrigger, SolidSetup, VectorField,
+};
 use rsph_core::tensor::{Mat3, Vec3};
 use std::sync::Arc;
 
@@ -21,7 +23,7 @@ const DEFAULT_ISO: f64 = 0.5;
 pub fn mechanics(doc: &Document, tables: &Scenario) -> Result<Mechanics, ScenarioError> {
     refuse_keys_of_other_kinds(doc, tables)?;
     match tables.dynamics.kind {
-        DynamicsKind::Solid => Ok(Mechanics::Solid),
+        DynamicsKind::Solid => solid(doc, tables).map(Mechanics::Solid),
         DynamicsKind::Prescribed => prescription(doc, tables).map(Mechanics::Prescribed),
         DynamicsKind::Interaction => interaction(doc, tables).map(Mechanics::Interaction),
     }
@@ -55,6 +57,24 @@ fn refuse_keys_of_other_kinds(doc: &Document, tables: &Scenario) -> Result<(), S
     }
 }
 
+/// A solid.
+fn solid(doc: &Document, tables: &Scenario) -> Result<SolidSetup, ScenarioError> {
+    let Some(table) = &tables.material else {
+        let path = KeyPath::from("material");
+        let remedy = crate::scenario::remedy_at(&path);
+        return Err(doc.error(&path, "missing: a solid is made of something", remedy));
+    };
+    let material: Arc<dyn Material> = table.build(doc)?;
+    let boundaries = parts::boundaries(doc, &tables.boundary)?;
+    let mut loads = parts::loads(doc, &tables.load)?;
+    if tables.solver.mode == ModeName::Static && tables.solver.steps > 1 {
+        for load in loads.iter_mut().filter(|l| l.ramp == Ramp::default()) {
+            load.ramp.to = tables.time.until;
+        }
+    }
+    Ok(SolidSetup { material, boundaries, loads })
+}
+
 /// A body that moves as told.
 fn prescription(doc: &Document, tables: &Scenario) -> Result<Prescription, ScenarioError> {
     let (table, path) = (&tables.dynamics, KeyPath::from("dynamics"));
@@ -71,8 +91,13 @@ fn prescription(doc: &Document, tables: &Scenario) -> Result<Prescription, Scena
             ));
         }
     }
+    let density = match &tables.material {
+        Some(table) => table.build(doc)?.density(),
+        None => 1.0,
+    };
     let velocity = table.velocity.as_ref().ok_or_else(|| missing(doc, &path, "velocity", "prescribed"))?;
     Ok(Prescription {
+        density,
         flow: Flow { velocity: velocity_field(velocity), reversal: table.reversal },
         band: table.band.unwrap_or(0.0),
         iso: table.iso.unwrap_or(DEFAULT_ISO),
@@ -91,6 +116,16 @@ fn interaction(doc: &Document, tables: &Scenario) -> Result<InteractionSetting, 
                 &KeyPath::from(key),
                 "has no place beside `dynamics.kind = \"fsi_1d\"`: the materials are `dynamics.fluid` and \
                  `dynamics.solid`, and both start undeformed",
+                "remove it",
+            ));
+        }
+    }
+    for (key, there) in [("boundary", !tables.boundary.is_empty()), ("load", !tables.load.is_empty())] {
+        if there {
+            return Err(doc.error(
+                &KeyPath::from(key),
+                "has no place beside `dynamics.kind = \"fsi_1d\"`: there is a wall at its left and a held end at its right, \
+                 Eq. (21), and no load",
                 "remove it",
             ));
         }
@@ -126,29 +161,9 @@ fn velocity_field(table: &VelocityTable) -> VelocityField {
     })
 }
 
-/// What the body is made of; without a table a prescribed motion has density 1. A fluid beside a solid has
-/// its materials elsewhere.
-pub fn material(
-    doc: &Document,
-    tables: &Scenario,
-    mechanics: &Mechanics,
-) -> Result<Arc<dyn Material>, ScenarioError> {
-    match (&tables.material, mechanics) {
-        (Some(table), _) => table.build(doc),
-        (None, Mechanics::Prescribed(_) | Mechanics::Interaction(_)) => {
-            Ok(Arc::new(Passive { density: 1.0 }))
-        }
-        (None, Mechanics::Solid) => {
-            let path = KeyPath::from("material");
-            let remedy = crate::scenario::remedy_at(&path);
-            Err(doc.error(&path, "missing: a solid is made of something", remedy))
-        }
-    }
-}
-
 /// Whether, when and how particles are remeshed.
 pub fn remesh(doc: &Document, tables: &Scenario, mechanics: &Mechanics) -> Result<Remesh, ScenarioError> {
-    let solid = matches!(mechanics, Mechanics::Solid);
+    let solid = matches!(mechanics, Mechanics::Solid(_));
     let trigger = match (tables.remesh.every, tables.remesh.interval) {
         (EveryValue::Steps(0), Some(t)) => {
             positive(doc, &KeyPath::from("remesh.interval"), t, "the time between remeshings")?;

@@ -41,9 +41,9 @@ fn bytes_a_particle(setup: &Setup) -> f64 {
         setup.remesh.trigger == RemeshTrigger::Never && setup.solver.formulation == Formulation::Adjoint;
     match &setup.mechanics {
         Mechanics::Prescribed(_) | Mechanics::Interaction(_) => 4e3,
-        Mechanics::Solid if stays => 4e3,
-        Mechanics::Solid if setup.shape.is_box() => 9e3,
-        Mechanics::Solid => 17e3,
+        Mechanics::Solid(_) if stays => 4e3,
+        Mechanics::Solid(_) if setup.shape.is_box() => 9e3,
+        Mechanics::Solid(_) => 17e3,
     }
 }
 

@@ -3,10 +3,10 @@
 use super::RunStart;
 use super::writer_thread::WriterThread;
 use crate::output::{Parameter, ProbeColumn, RunInfo, RunWriters};
-use crate::scenario::{AxesName, LabelMapValue, LoadedScenario, ShapeTable};
+use crate::scenario::{AxesName, LabelMapValue, LoadedScenario, ModeName, ShapeTable};
 use crate::sink::{RunSink, SinkError};
 use rsph_core::region::Axis;
-use rsph_core::setup::{Formulation, LoadKind, Mechanics, RemeshTrigger, STRAIN, Setup, Units};
+use rsph_core::setup::{Formulation, LoadKind, Mechanics, RemeshTrigger, STRAIN, Scheme, Setup, Units};
 use rsph_core::simulation::own_readings;
 
 /// Opens the files of a run's folder.
@@ -37,7 +37,7 @@ pub fn info(start: &RunStart<'_>) -> RunInfo {
         description,
         repair: setup.shape.repair().cloned(),
         material: material(start.scenario),
-        parameters: parameters(setup),
+        parameters: parameters(start),
         probes: probes(setup),
         up: up(start.scenario, setup.units),
     }
@@ -60,14 +60,15 @@ fn material(scenario: &LoadedScenario) -> Vec<Parameter> {
     rows
 }
 
-fn parameters(setup: &Setup) -> Vec<Parameter> {
+fn parameters(start: &RunStart<'_>) -> Vec<Parameter> {
+    let setup = start.simulation.setup();
     let formulation = match setup.solver.formulation {
         Formulation::Adjoint => "adjoint",
         Formulation::Paper => "paper, Eqs. (10) to (14)",
     };
     let mut rows = vec![Parameter::new("body", setup.shape.name(), "")];
     match &setup.mechanics {
-        Mechanics::Solid => {
+        Mechanics::Solid(_) => {
             rows.push(Parameter::new("formulation", formulation, ""));
             rows.push(Parameter::number("hourglass term, times its default", setup.solver.hourglass, "1"));
         }
@@ -92,9 +93,10 @@ fn parameters(setup: &Setup) -> Vec<Parameter> {
         }
     }
     rows.push(Parameter::number("smoothing length in spacings", setup.solver.smoothing, "1"));
-    rows.push(Parameter::new("time integrator", "Runge-Kutta, fourth order", ""));
+    rows.push(time(start));
     rows.extend(remeshing(setup));
-    rows.extend(setup.loads.iter().map(|load| match &load.kind {
+    let loads = setup.solid().map_or(&[][..], |solid| &solid.loads);
+    rows.extend(loads.iter().map(|load| match &load.kind {
         LoadKind::Traction { traction, .. } => Parameter::number("traction", traction.norm(), "Pa"),
         LoadKind::Pressure { pressure, .. } => Parameter::number("pressure", *pressure, "Pa"),
         LoadKind::BodyForce { acceleration, .. } => {
@@ -103,6 +105,20 @@ fn parameters(setup: &Setup) -> Vec<Parameter> {
         LoadKind::Patch { pressure, .. } => Parameter::number("peak pressure of the patch", *pressure, "Pa"),
     }));
     rows
+}
+
+/// How time advances, if it does.
+fn time(start: &RunStart<'_>) -> Parameter {
+    if start.scenario.tables().solver.mode == ModeName::Static {
+        return Parameter::new("time integrator", "none: equilibria", "");
+    }
+    let scheme = match start.description.scheme {
+        Scheme::Auto | Scheme::Rk4 => "Runge-Kutta, fourth order",
+        Scheme::Sdirk2 => "SDIRK2, implicit, second order",
+        Scheme::BackwardEuler => "backward Euler, implicit, first order",
+        Scheme::Rkc2 => "Runge-Kutta-Chebyshev, second order",
+    };
+    Parameter::new("time integrator", scheme, "")
 }
 
 /// When and how particles are remeshed.

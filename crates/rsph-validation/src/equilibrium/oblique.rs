@@ -52,8 +52,9 @@ fn turned(axis: &Vec3, n: usize, phase: &Vec3) -> Result<f64, String> {
     setup.resolution = Resolution::Spacing(spacing);
     let up = turn * Vec3::z();
     let top = Region::HalfSpace { point: up, normal: -up };
-    setup.boundaries[0].region = Region::HalfSpace { point: Vec3::zeros(), normal: up };
-    setup.loads[0].kind = LoadKind::Traction { region: top.clone(), traction: up };
+    let solid = setup.solid_mut().ok_or("no solid")?;
+    solid.boundaries[0].region = Region::HalfSpace { point: Vec3::zeros(), normal: up };
+    solid.loads[0].kind = LoadKind::Traction { region: top.clone(), traction: up };
     // The mean over the face: particles above a plane through their centres would be another mean.
     let facing = Region::SurfacePatch { centre: up, radius: 2.0, facing: up };
     setup.probes[0].region = Region::And(vec![facing, top]);

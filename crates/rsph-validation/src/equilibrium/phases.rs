@@ -71,7 +71,10 @@ pub(super) fn run(quick: bool) -> Result<Vec<Row>, String> {
     for phase in PHASES.iter().take(if quick { 3 } else { PHASES.len() }) {
         let (mut setup, until) = setup(LIVER_VISIBLE_HUMAN, &accurate_liver(PARTICLES))?;
         // Cut here, since what is cut has bounds of its own.
-        let plane = cuts(&setup.boundaries[0]).ok_or("the liver is not clamped by a plane")?;
+        let plane = setup
+            .solid()
+            .and_then(|solid| cuts(&solid.boundaries[0]))
+            .ok_or("the liver is not clamped by a plane")?;
         let cut = cut(&setup.shape, &plane.point, &plane.normal, 1e-9).map_err(|e| e.to_string())?;
         let spacing = (cut.volume() / PARTICLES as f64).cbrt();
         // A longer box by twice the phase moves its centre, and the lattice, by the phase.

@@ -6,7 +6,9 @@ use crate::Row;
 use rsph_core::material::{Material, NeoHookean, SaintVenantKirchhoff};
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{Integration, Load, LoadKind, Probe, Quantity, Ramp, Scheme, Setup, Solver, TimeStep};
+use rsph_core::setup::{
+    Integration, Load, LoadKind, Probe, Quantity, Ramp, Scheme, Setup, SolidSetup, Solver, TimeStep,
+};
 use rsph_core::shape::PolygonShape;
 use rsph_core::simulation::Simulation;
 use rsph_core::tensor::Vec3;
@@ -27,12 +29,12 @@ pub(super) fn cook(quick: bool) -> Result<Vec<Row>, String> {
             let corners = [[0.0, 0.0], [48.0, 44.0], [48.0, 60.0], [0.0, 44.0]];
             let material = NeoHookean::new(1.0, 240.565, nu, 0.0).map_err(|e| e.to_string())?;
             let mut membrane = body(&corners, spacing, Arc::new(material), Vec3::new(48.0, 60.0, 0.0))?;
-            membrane.boundaries.push(held(beyond(Axis::X, 0.0, Side::Below), None));
+            membrane.mechanics.boundaries.push(held(beyond(Axis::X, 0.0, Side::Below), None));
             let kind = LoadKind::Traction {
                 region: beyond(Axis::X, 48.0, Side::Above),
                 traction: Vec3::y() * (100.0 / 16.0),
             };
-            membrane.loads.push(Load { kind, ramp: Ramp::default() });
+            membrane.mechanics.loads.push(Load { kind, ramp: Ramp::default() });
             let tip = at_rest(membrane)?;
             let name = format!("finite strain: Cook's membrane, nu = {nu}, {} across", 44.0 / spacing);
             rows.push(Row::within(name, tip.y, exact, percent, "m"));
@@ -82,7 +84,7 @@ pub(super) fn beam(quick: bool) -> Result<Vec<Row>, String> {
 }
 
 /// The beam of length 0.35 and thickness 0.02 on a cylinder of radius 0.05 around (0.2, 0.2), which holds it.
-fn beam_of(across: usize, young_modulus: f64) -> Result<Setup, String> {
+fn beam_of(across: usize, young_modulus: f64) -> Result<Setup<SolidSetup>, String> {
     let pieces = 8;
     let on_cylinder = |k: usize| {
         let y = 0.21 - 0.02 * k as f64 / f64::from(pieces);
@@ -94,19 +96,24 @@ fn beam_of(across: usize, young_modulus: f64) -> Result<Setup, String> {
     let mut beam = body(&corners, 0.02 / across as f64, Arc::new(material), Vec3::new(0.6, 0.2, 0.0))?;
     let end =
         Region::SurfacePatch { centre: Vec3::new(0.2495, 0.2, 0.0), radius: 0.0105, facing: -Vec3::x() };
-    beam.boundaries.push(held(end, None));
+    beam.mechanics.boundaries.push(held(end, None));
     let kind = LoadKind::BodyForce { region: Region::All, acceleration: -2.0 * Vec3::y() };
-    beam.loads.push(Load { kind, ramp: Ramp::default() });
+    beam.mechanics.loads.push(Load { kind, ramp: Ramp::default() });
     Ok(beam)
 }
 
 /// A polygon with a probe of the displacement at a point.
-fn body(corners: &[[f64; 2]], spacing: f64, material: Arc<dyn Material>, at: Vec3) -> Result<Setup, String> {
+fn body(
+    corners: &[[f64; 2]],
+    spacing: f64,
+    material: Arc<dyn Material>,
+    at: Vec3,
+) -> Result<Setup<SolidSetup>, String> {
     let quantity = Quantity::parse("displacement").ok_or("no such quantity")?;
     let shape = PolygonShape::new(corners).map_err(|e| e.to_string())?;
     Ok(Setup {
         resolution: Resolution::Spacing(spacing),
-        material,
+        mechanics: SolidSetup::new(material),
         solver: Solver::ACCURATE,
         probes: vec![Probe { name: "tip".into(), quantity, region: Region::Point(at) }],
         ..setup(shape, 1)
@@ -118,14 +125,14 @@ fn tip(body: &mut Simulation) -> Vec3 {
     Vec3::from_iterator(body.readings().iter().map(|r| r.value))
 }
 
-fn at_rest(setup: Setup) -> Result<Vec3, String> {
+fn at_rest(setup: Setup<SolidSetup>) -> Result<Vec3, String> {
     let mut body = Simulation::new(setup).map_err(|e| e.to_string())?;
     body.solve_static(0.0, &mut |_, _| true).map_err(|e| e.to_string())?;
     Ok(tip(&mut body))
 }
 
 /// Mean and amplitude of the tip along x and y in the last period, by parabolas through the turns, and the frequency.
-fn swing(setup: Setup) -> Result<([[f64; 2]; 2], f64), String> {
+fn swing(setup: Setup<SolidSetup>) -> Result<([[f64; 2]; 2], f64), String> {
     let integration = Integration { scheme: Scheme::Sdirk2, ..setup.integration };
     let setup = Setup { integration, time_step: TimeStep::Fixed(STEP), ..setup };
     let mut body = Simulation::new(setup).map_err(|e| e.to_string())?;

@@ -6,7 +6,7 @@ use crate::surfaces::case::beyond as outside;
 use crate::surfaces::{POSITIONS, TURNS, placed};
 use rsph_core::material::NeoHookean;
 use rsph_core::region::{Axis, Region, Side};
-use rsph_core::setup::{Load, LoadKind, Probe, Quantity, Ramp, RemeshTrigger, Setup, Solver};
+use rsph_core::setup::{Load, LoadKind, Probe, Quantity, Ramp, RemeshTrigger, Setup, SolidSetup, Solver};
 use rsph_core::shape::{BoxShape, RectangleShape};
 use rsph_core::simulation::{Equilibrium, Simulation};
 use rsph_core::tensor::Vec3;
@@ -25,7 +25,11 @@ fn dead_load(axis: Axis, traction: Vec3) -> Load {
 
 /// A body at rest under loads and plates that grow in `steps` equal steps to what they are at time 1, remeshed after some of
 /// them, evenly spread.
-fn at_rest(setup: Setup, steps: usize, remeshings: usize) -> Result<(Simulation, Equilibrium), String> {
+fn at_rest(
+    setup: Setup<SolidSetup>,
+    steps: usize,
+    remeshings: usize,
+) -> Result<(Simulation, Equilibrium), String> {
     let mut setup = setup;
     // When is said here.
     setup.remesh.trigger = if remeshings > 0 { RemeshTrigger::Steps(u64::MAX) } else { RemeshTrigger::Never };
@@ -47,7 +51,7 @@ fn at_rest(setup: Setup, steps: usize, remeshings: usize) -> Result<(Simulation,
 }
 
 /// The extension of such a body along its load: the work of the load over its force.
-fn extension_at_rest(setup: Setup, steps: usize, remeshings: usize) -> Result<f64, String> {
+fn extension_at_rest(setup: Setup<SolidSetup>, steps: usize, remeshings: usize) -> Result<f64, String> {
     let (_, found) = at_rest(setup, steps, remeshings)?;
     Ok(found.compliance / found.load.norm())
 }
@@ -85,7 +89,12 @@ pub(super) fn cube(quick: bool) -> Result<Vec<Row>, String> {
 }
 
 /// The clamped cube under a dead load of 3; turned and shifted against its lattice, if there is a position.
-fn cube_setup(n: usize, nu: f64, axis: Option<[f64; 3]>, position: Option<Vec3>) -> Result<Setup, String> {
+fn cube_setup(
+    n: usize,
+    nu: f64,
+    axis: Option<[f64; 3]>,
+    position: Option<Vec3>,
+) -> Result<Setup<SolidSetup>, String> {
     let cube = BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).map_err(|e| e.to_string())?;
     let mut setup = setup(cube, n);
     let mut up = Vec3::z();
@@ -94,10 +103,10 @@ fn cube_setup(n: usize, nu: f64, axis: Option<[f64; 3]>, position: Option<Vec3>)
         (setup.shape, up) = (shape, axes[2]);
     }
     setup.solver = Solver::ACCURATE;
-    setup.material = Arc::new(NeoHookean::new(1.0, 10.0, nu, 0.0).map_err(|e| e.to_string())?);
-    setup.boundaries.push(held(outside(Vec3::zeros(), -up), None));
+    setup.mechanics.material = Arc::new(NeoHookean::new(1.0, 10.0, nu, 0.0).map_err(|e| e.to_string())?);
+    setup.mechanics.boundaries.push(held(outside(Vec3::zeros(), -up), None));
     let kind = LoadKind::Traction { region: outside(up, up), traction: 3.0 * up };
-    setup.loads.push(Load { kind, ramp: Ramp { from: 0.0, to: 1.0 } });
+    setup.mechanics.loads.push(Load { kind, ramp: Ramp { from: 0.0, to: 1.0 } });
     Ok(setup)
 }
 
@@ -148,11 +157,14 @@ pub(super) fn block(quick: bool) -> Result<Vec<Row>, String> {
                 let shape = RectangleShape::new([1.0; 2], [0.0; 2]).map_err(|e| e.to_string())?;
                 let mut setup = setup(shape, n);
                 setup.solver = Solver::ACCURATE;
-                setup.boundaries.push(held(beyond(Axis::Y, 0.0, Side::Below), None));
+                setup.mechanics.boundaries.push(held(beyond(Axis::Y, 0.0, Side::Below), None));
                 if case.plate.norm() > 0.0 {
-                    setup.boundaries.push(held(beyond(Axis::Y, 1.0, Side::Above), Some(case.plate)));
+                    setup
+                        .mechanics
+                        .boundaries
+                        .push(held(beyond(Axis::Y, 1.0, Side::Above), Some(case.plate)));
                 } else {
-                    setup.loads.push(dead_load(Axis::Y, case.load));
+                    setup.mechanics.loads.push(dead_load(Axis::Y, case.load));
                 }
                 let quantity = Quantity::parse("displacement").ok_or("no such quantity")?;
                 setup.probes = points

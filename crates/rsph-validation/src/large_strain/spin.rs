@@ -4,7 +4,7 @@
 use super::setup;
 use crate::Row;
 use rsph_core::particles::Field;
-use rsph_core::setup::{RemeshTrigger, Setup, Solver, VectorField};
+use rsph_core::setup::{RemeshTrigger, Setup, SolidSetup, Solver, VectorField};
 use rsph_core::shape::{DiscShape, SphereShape};
 use rsph_core::simulation::Simulation;
 use rsph_core::tensor::{Mat3, Vec3};
@@ -70,7 +70,7 @@ fn report(name: &str, remeshings: usize, spun: &Spun, energy_bound: f64, rows: &
     rows.push(Row::at_least(name("largest stretch"), spun.stretch.1, 1.2, "1"));
 }
 
-fn spin(mut setup: Setup, gradient: Mat3, until: f64, remeshings: usize) -> Result<Spun, String> {
+fn spin(mut setup: Setup<SolidSetup>, gradient: Mat3, until: f64, remeshings: usize) -> Result<Spun, String> {
     setup.solver = Solver::ACCURATE;
     setup.remesh.trigger = if remeshings > 0 { RemeshTrigger::Steps(u64::MAX) } else { RemeshTrigger::Never };
     setup.initial.velocity = VectorField::Affine { constant: Vec3::zeros(), gradient };

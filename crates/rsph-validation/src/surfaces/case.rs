@@ -3,10 +3,7 @@
 use rsph_core::material::KelvinVoigt;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{
-    Boundary, Fix, Initial, Integration, Load, LoadKind, Mechanics, Ramp, Remesh, Setup, Solver, TimeStep,
-    Units,
-};
+use rsph_core::setup::{Boundary, Fix, Load, LoadKind, Ramp, Setup, SolidSetup, Solver, Units};
 use rsph_core::shape::Shape;
 use rsph_core::simulation::{Equilibrium, Simulation};
 use rsph_core::tensor::{SymTensor, Vec3};
@@ -45,19 +42,16 @@ impl Case {
         let load = |kind| Load { kind, ramp: Ramp::default() };
         Simulation::new(Setup {
             units: Units::Normalised,
-            shape,
-            resolution: Resolution::Spacing(spacing),
-            material: Arc::new(KelvinVoigt::new(1.0, YOUNG, nu, 0.0).map_err(|e| e.to_string())?),
-            initial: Initial::default(),
-            boundaries,
-            loads: loads.into_iter().map(load).collect(),
-            mechanics: Mechanics::Solid,
-            remesh: Remesh::default(),
             solver,
-            time_step: TimeStep::Auto,
-            integration: Integration::default(),
-            allow_unstable: false,
-            probes: Vec::new(),
+            ..Setup::new(
+                shape,
+                Resolution::Spacing(spacing),
+                SolidSetup {
+                    material: Arc::new(KelvinVoigt::new(1.0, YOUNG, nu, 0.0).map_err(|e| e.to_string())?),
+                    boundaries,
+                    loads: loads.into_iter().map(load).collect(),
+                },
+            )
         })
         .map_err(|e| e.to_string())
     }

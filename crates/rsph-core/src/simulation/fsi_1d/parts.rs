@@ -34,7 +34,8 @@ const COURANT: f64 = 0.8;
 const COMPRESSED: f64 = 0.8;
 
 impl FluidBesideSolid {
-    /// Lays particles along the x axis of the body's box and chooses the time step.
+    /// Particles along the x axis of the body's box, between a wall at its left and a held end at its right, Eq. (21), and the time
+    /// step.
     ///
     /// # Errors
     /// The first input that can not be simulated.
@@ -59,7 +60,7 @@ impl FluidBesideSolid {
         let [wave, viscous] = dynamics.step_limits(COMPRESSED * h);
         let kappa = 4.0 * (wave_speed / dxi).powi(2);
         let limit = StepLimit { kappa, dt: wave.min(viscous), wave, viscous: viscous < wave };
-        let (mut dt, notes) = choose_step(setup, &limit)?;
+        let (mut dt, notes) = choose_step(setup, &limit, None)?;
         if setup.time_step == TimeStep::Auto {
             dt = dt.min(COURANT * dxi / wave_speed);
         }
@@ -129,16 +130,6 @@ fn check(setup: &Setup, setting: &InteractionSetting) -> Result<(), InvalidInput
             "fluid and solid lie along the x axis of a box",
             "for example `shape = { box = { size = [1.0, 0.1, 0.1], corner = [-0.5, 0.0, 0.0] } }`",
         ));
-    }
-    for (key, there) in [("boundary", !setup.boundaries.is_empty()), ("load", !setup.loads.is_empty())] {
-        if there {
-            return Err(InvalidInput::new(
-                key,
-                "",
-                "a fluid beside a solid has a wall at its left and a held end at its right, Eq. (21), and no loads",
-                "remove it",
-            ));
-        }
     }
     for (key, value) in [("elasticity", setting.elasticity), ("density", setting.solid_density)] {
         if !(value.is_finite() && value > 0.0) {

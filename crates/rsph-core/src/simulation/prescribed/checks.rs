@@ -26,20 +26,14 @@ pub fn check(setup: &Setup, p: &Prescription) -> Result<(), InvalidInput> {
             "take a body in space such as a box",
         ));
     }
-    let useless = |key: &str, there: bool| {
-        let refuse = || {
-            InvalidInput::new(
-                key,
-                "",
-                "a prescribed motion takes no loads, boundaries or initial values: the particles follow the \
-                 given velocity",
-                "remove it, or remove [dynamics] to simulate a solid",
-            )
-        };
-        if there { Err(refuse()) } else { Ok(()) }
-    };
-    useless("boundary", !setup.boundaries.is_empty())?;
-    useless("load", !setup.loads.is_empty())?;
+    if !(p.density.is_finite() && p.density > 0.0) {
+        return Err(InvalidInput::new(
+            "material.density",
+            p.density,
+            "must be a positive number",
+            "1 is the default",
+        ));
+    }
     if !(p.iso > 0.0 && p.iso < 1.0) {
         return Err(InvalidInput::new(
             "dynamics.iso",

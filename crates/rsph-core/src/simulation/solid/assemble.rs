@@ -16,7 +16,7 @@ use crate::mls::{Cloud, LinearFit};
 use crate::moments::area_vectors;
 use crate::particles::{Column, Field, Particles};
 use crate::remesh::NodeLattice;
-use crate::setup::{Load, LoadKind, Setup};
+use crate::setup::{Load, LoadKind, Setup, SolidSetup};
 use crate::tensor::Vec3;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -86,7 +86,7 @@ impl LatticeParticles {
     /// A boundary that holds none of the particles.
     pub fn solid(
         &self,
-        setup: &Setup,
+        setup: &Setup<SolidSetup>,
         nodes: &NodeLattice<3>,
         held: &Held,
         surface: &TriangleMesh,
@@ -101,7 +101,7 @@ impl LatticeParticles {
         let grid = Grid { origin, spacing: nodes.spacing, cells: size };
         let lattice = Lattice::new(&grid, &cells, setup.solver.smoothing, setup.shape.dimension());
         drop(cells);
-        let (mut fixed, material) = (held.fixed(&self.positions())?, Arc::clone(&setup.material));
+        let (mut fixed, material) = (held.fixed(&self.positions())?, Arc::clone(&setup.mechanics.material));
         if setup.shape.dimension() == 2 {
             fixed.hold_in_plane(self.len());
         }
@@ -116,7 +116,7 @@ impl LatticeParticles {
     /// The undeformed `surface` with the weights of these particles and of their images in `folds`.
     pub fn quadrature(
         &self,
-        setup: &Setup,
+        setup: &Setup<SolidSetup>,
         surface: &TriangleMesh,
         spacing: f64,
         held: &Held,
@@ -140,7 +140,7 @@ impl LatticeParticles {
     /// A load that acts on nothing.
     pub fn loads(
         &self,
-        setup: &Setup,
+        setup: &Setup<SolidSetup>,
         solid: &Solid,
         (boundary, surface): (&TriangleMesh, &SurfaceQuadrature),
         held: &Held,
@@ -148,7 +148,7 @@ impl LatticeParticles {
         // In the scheme of the paper the faces of a box are loaded by area vectors.
         let on_faces = |l: &Load| matches!(l.kind, LoadKind::Traction { .. } | LoadKind::Pressure { .. });
         let by_faces = matches!(held, Held::Layers(_)) && setup.shape.is_box();
-        let area = (by_faces && setup.loads.iter().any(on_faces))
+        let area = (by_faces && setup.mechanics.loads.iter().any(on_faces))
             .then(|| area_vectors(&solid.lattice, &solid.moments(), &[]));
         let (spacing, positions) = (solid.lattice.spacing, self.positions());
         let loaded = LoadedBody {
@@ -165,6 +165,6 @@ impl LatticeParticles {
                 tolerance: flat_face::TOLERANCE,
             }),
         };
-        nodal_loads(&setup.loads, &loaded)
+        nodal_loads(&setup.mechanics.loads, &loaded)
     }
 }

@@ -4,7 +4,7 @@ use crate::boundary::constraints::{Constraints, Hold, cuts};
 use crate::boundary::fixed::Fixed;
 use crate::boundary::tag::Holds;
 use crate::error::InvalidInput;
-use crate::setup::{Formulation, Setup};
+use crate::setup::{Formulation, Setup, SolidSetup};
 use crate::shape::cut;
 use crate::tensor::Vec3;
 
@@ -50,11 +50,11 @@ impl Held {
 ///
 /// # Errors
 /// `body.shape` when a plane leaves nothing of it.
-pub(super) fn with_cut_shape(setup: &Setup) -> Result<Setup, InvalidInput> {
+pub(super) fn with_cut_shape(setup: &Setup<SolidSetup>) -> Result<Setup<SolidSetup>, InvalidInput> {
     let mut setup = setup.clone();
     if setup.solver.formulation == Formulation::Adjoint {
         let tolerance = 1e-9 * setup.shape.bounds().size().norm();
-        for (i, boundary) in setup.boundaries.iter().enumerate() {
+        for (i, boundary) in setup.mechanics.boundaries.iter().enumerate() {
             if let Some(plane) = cuts(boundary) {
                 let key = |e: InvalidInput| InvalidInput { key: format!("boundary[{i}].region"), ..e };
                 setup.shape = cut(&setup.shape, &plane.point, &plane.normal, tolerance).map_err(key)?;

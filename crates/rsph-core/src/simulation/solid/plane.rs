@@ -2,13 +2,13 @@
 
 use crate::error::InvalidInput;
 use crate::region::{Axis, Region};
-use crate::setup::{Formulation, LoadKind, Setup};
+use crate::setup::{Formulation, LoadKind, Setup, SolidSetup};
 
 /// Refuses what leaves the plane.
 ///
 /// # Errors
 /// The key of what does.
-pub(super) fn check(setup: &Setup) -> Result<(), InvalidInput> {
+pub(super) fn check(setup: &Setup<SolidSetup>) -> Result<(), InvalidInput> {
     if setup.solver.formulation == Formulation::Paper {
         return Err(InvalidInput::new(
             "solver.formulation",
@@ -17,7 +17,7 @@ pub(super) fn check(setup: &Setup) -> Result<(), InvalidInput> {
             "take \"adjoint\", or a body in space such as a box",
         ));
     }
-    for (i, boundary) in setup.boundaries.iter().enumerate() {
+    for (i, boundary) in setup.mechanics.boundaries.iter().enumerate() {
         if matches!(boundary.region, Region::Plane { axis: Axis::Z, .. }) {
             return Err(InvalidInput::new(
                 format!("boundary[{i}].region"),
@@ -30,7 +30,7 @@ pub(super) fn check(setup: &Setup) -> Result<(), InvalidInput> {
             return Err(across(format!("boundary[{i}].motion")));
         }
     }
-    for (i, load) in setup.loads.iter().enumerate() {
+    for (i, load) in setup.mechanics.loads.iter().enumerate() {
         let (key, vector) = match &load.kind {
             LoadKind::Traction { traction, .. } => ("traction", traction),
             LoadKind::BodyForce { acceleration, .. } => ("acceleration", acceleration),

@@ -16,7 +16,7 @@ use crate::mesh::TriangleMesh;
 use crate::particles::{Column, Field, Particles};
 use crate::remesh::{Arrived, Carried, NodeLattice, NodeValues, RemeshError, fold};
 use crate::sample::{Body, InsideFraction, MIN_FRACTION, is_cut};
-use crate::setup::Setup;
+use crate::setup::{Setup, SolidSetup};
 use crate::shape::Shape;
 use crate::tensor::{Mat3, Vec3};
 use rayon::prelude::*;
@@ -222,7 +222,7 @@ impl Undeformed {
     /// A body that no lattice holds, that has torn or turned inside out.
     pub fn remesh(
         &self,
-        setup: &Setup,
+        setup: &Setup<SolidSetup>,
         held: &Held,
         (nodes, particles): (&[[i64; 3]], &Particles),
         fields: &[Field],
@@ -280,7 +280,7 @@ impl Undeformed {
                 solid,
                 quadrature,
                 particles: new,
-                folded_mass: folded_mass * setup.material.density(),
+                folded_mass: folded_mass * setup.mechanics.material.density(),
                 rescaling,
             });
         }
@@ -344,7 +344,7 @@ impl Undeformed {
     /// A body that has turned inside out, a boundary that holds none of it.
     pub fn deformed(
         &self,
-        setup: &Setup,
+        setup: &Setup<SolidSetup>,
         lattice_particles: &LatticeParticles,
         held: &Held,
         time: f64,

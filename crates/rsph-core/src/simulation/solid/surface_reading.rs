@@ -15,7 +15,7 @@ use crate::material::{FiniteStrain, Law, Material, Stiffness};
 use crate::mesh::TriangleMesh;
 use crate::mls::{Cloud, GradientFit};
 use crate::neighbors::CellList;
-use crate::setup::{Load, Ramp, Setup};
+use crate::setup::{Load, Ramp, Setup, SolidSetup};
 use crate::shape::Shape;
 use crate::surface::VertexStrain;
 use crate::tensor::{Mat3, SymTensor, Vec3};
@@ -65,8 +65,8 @@ pub(super) struct Loading<'a> {
 
 impl<'a> Loading<'a> {
     /// The loads of a set-up on a surface with particles that far apart.
-    pub fn of(setup: &'a Setup, surface: &'a TriangleMesh, spacing: f64) -> Self {
-        Self { material: &*setup.material, loads: &setup.loads, surface, spacing }
+    pub fn of(setup: &'a Setup<SolidSetup>, surface: &'a TriangleMesh, spacing: f64) -> Self {
+        Self { material: &*setup.mechanics.material, loads: &setup.mechanics.loads, surface, spacing }
     }
 }
 

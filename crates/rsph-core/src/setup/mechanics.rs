@@ -1,24 +1,45 @@
-//! Bodies that move as told, and remeshing.
+//! What moves the particles, and remeshing.
 
-use super::InteractionSetting;
+use super::{Boundary, InteractionSetting, Load};
 use crate::flow::Flow;
 use crate::kernel::RemeshKernel;
+use crate::material::Material;
+use std::sync::Arc;
 
 /// What moves the particles.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub enum Mechanics {
     /// A solid: stresses, loads and clamps.
-    #[default]
-    Solid,
+    Solid(SolidSetup),
     /// A given velocity field, section 3 of the paper.
     Prescribed(Prescription),
     /// A fluid beside a solid on a line, section 4 of the paper.
     Interaction(InteractionSetting),
 }
 
+/// What only a solid has.
+#[derive(Clone, Debug)]
+pub struct SolidSetup {
+    /// Of what.
+    pub material: Arc<dyn Material>,
+    /// What is held.
+    pub boundaries: Vec<Boundary>,
+    /// What pushes.
+    pub loads: Vec<Load>,
+}
+
+impl SolidSetup {
+    /// A free body.
+    pub fn new(material: Arc<dyn Material>) -> Self {
+        Self { material, boundaries: Vec::new(), loads: Vec::new() }
+    }
+}
+
 /// A body whose particles carry a colour (1 inside, 0 outside) along a given velocity field.
 #[derive(Clone, Debug)]
 pub struct Prescription {
+    /// Density (kg/m^3).
+    pub density: f64,
     /// What the particles follow.
     pub flow: Flow,
     /// Half width, in spacings, of the band in which the colour falls from 1 to 0 across the surface
