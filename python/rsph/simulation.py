@@ -78,6 +78,8 @@ class Equilibrium:
 
     iterations: int
     """Iterations of the linear solver."""
+    newton_steps: int
+    """Steps of Newton's method: one or two if the law is linear."""
     residual: float
     """Forces out of balance as a share of the load."""
     compliance: float

@@ -174,6 +174,8 @@ impl From<&RemeshLog> for Remeshing {
 pub struct EquilibriumSummary {
     /// Iterations of the linear solver.
     pub iterations: usize,
+    /// Steps of Newton's method: one or two if the law is linear.
+    pub newton_steps: usize,
     /// Forces out of balance as a share of the load.
     pub residual: f64,
     /// Loads times displacement, f . u.
@@ -318,6 +320,7 @@ impl Summary {
             reaction: components(&conservation.reaction),
             equilibrium: outcome.equilibrium.map(|e| EquilibriumSummary {
                 iterations: e.iterations,
+                newton_steps: e.steps,
                 residual: e.residual,
                 compliance: e.compliance,
                 load: components(&e.load),
