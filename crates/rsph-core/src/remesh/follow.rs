@@ -165,8 +165,9 @@ fn start_of<const D: usize>(
     let mut last = Vec3::zeros();
     for step in 0..STEPS {
         let (value, slopes) = with_slopes::<D, 4>(kernel, field, &xi);
-        // Where the nodes around xi are not all there, their weights do not sum to 1: back half way.
-        if (value[0] - 1.0).abs() > 1e-12 {
+        // Where the nodes around xi are not all there, their weights do not sum to 1, or not beside it: back half way.
+        let slope_of_sum = slopes.iter().map(|slope| slope[0].abs()).fold(0.0, f64::max);
+        if (value[0] - 1.0).abs() > 1e-12 || slope_of_sum * spacing > 1e-10 {
             last *= -0.5;
             if step == 0 || last.norm() < 1e-3 * spacing {
                 break;
