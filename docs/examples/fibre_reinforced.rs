@@ -14,26 +14,23 @@ pub struct FibreReinforced {
     fibre: SymTensor,
 }
 
-const fn parameter(key: &'static str, unit: &'static str, doc: &'static str) -> Parameter {
-    Parameter { key, unit, doc, default: None }
-}
-
-pub(super) const MODEL: Model = Model {
+pub const MODEL: Model = Model {
     name: "fibre-reinforced",
     doc: "Kelvin-Voigt solid with one family of fibres, for small strain",
     parameters: &[
-        parameter("density", "kg/m^3", "density rho"),
-        parameter("young_modulus", "Pa", "Young's modulus E without fibres"),
-        parameter("poisson_ratio", "1", "Poisson's ratio nu without fibres"),
-        parameter("relaxation_time", "s", "relaxation time T of the damping"),
-        parameter("fibre_modulus", "Pa", "stiffness k that the fibres add along themselves"),
-        Parameter { default: Some(1.0), ..parameter("fibre_x", "1", "direction of the fibres, x") },
-        Parameter { default: Some(0.0), ..parameter("fibre_y", "1", "direction of the fibres, y") },
-        Parameter { default: Some(0.0), ..parameter("fibre_z", "1", "direction of the fibres, z") },
+        Parameter::new("density", "kg/m^3", "density rho"),
+        Parameter::new("young_modulus", "Pa", "Young's modulus E without fibres"),
+        Parameter::new("poisson_ratio", "1", "Poisson's ratio nu without fibres"),
+        Parameter::new("relaxation_time", "s", "relaxation time T of the damping").or(0.0),
+        Parameter::new("fibre_modulus", "Pa", "stiffness k that the fibres add along themselves"),
+        Parameter::new("fibre", "1", "direction of the fibres").vector(),
     ],
-    build: |p| {
-        let matrix = KelvinVoigt::new(p[0], p[1], p[2], p[3])?;
-        Ok(Arc::new(FibreReinforced::new(matrix, p[4], Vec3::new(p[5], p[6], p[7]))?))
+    build: |v| {
+        let [density, e, nu, t] =
+            ["density", "young_modulus", "poisson_ratio", "relaxation_time"].map(|key| v.number(key));
+        let matrix = KelvinVoigt::new(density, e, nu, t)?;
+        let fibre = Vec3::from_column_slice(v.list("fibre"));
+        Ok(Arc::new(FibreReinforced::new(matrix, v.number("fibre_modulus"), fibre)?))
     },
 };
 
@@ -53,10 +50,10 @@ impl FibreReinforced {
         }
         let Some(a) = direction.try_normalize(0.0).filter(|a| a.iter().all(|c| c.is_finite())) else {
             return Err(InvalidInput::new(
-                "material.fibre_x",
-                direction.x,
-                "the direction (fibre_x, fibre_y, fibre_z) must be finite and not the zero vector",
-                "for example fibre_z = 1 and fibre_x = 0 for fibres along z",
+                "material.fibre",
+                format!("{:?}", direction.as_slice()),
+                "must be finite and not the zero vector",
+                "for example [0.0, 0.0, 1.0] for fibres along z",
             ));
         };
         Ok(Self { matrix, fibre_modulus, fibre: SymTensor::symmetric_part(&(a * a.transpose())) })

@@ -30,7 +30,7 @@ __version__: str
 class _Model(TypedDict):
     name: str
     doc: str
-    parameters: list[tuple[str, str, str, float | None]]
+    parameters: list[tuple[str, str, str, float | None, tuple[int, int]]]
 
 @final
 class Shape:

@@ -6,25 +6,38 @@ and units, and :func:`model` makes any of them by name.
 
 from __future__ import annotations
 
-from typing import ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeAlias
 
 from rsph import _rsph
 from rsph._relaxation import Relaxation, from_relaxation
 from rsph._scenario import check
 
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
 __all__ = [
     "Corotated",
+    "Fung",
+    "HolzapfelGasserOgden",
     "KelvinVoigt",
     "Material",
     "Model",
+    "MooneyRivlin",
     "NeoHookean",
+    "Ogden",
     "Parameter",
     "Relaxation",
     "SaintVenantKirchhoff",
+    "VerondaWestmann",
+    "Yeoh",
     "from_relaxation",
     "model",
     "models",
 ]
+
+
+Numbers: TypeAlias = "float | Iterable[float]"
+"""A number, or several of them."""
 
 
 class Parameter(NamedTuple):
@@ -37,7 +50,9 @@ class Parameter(NamedTuple):
     doc: str
     """What it is."""
     default: float | None
-    """Value if it is left out; None: it is required."""
+    """Value if it is left out; None: there is none."""
+    count: tuple[int, int]
+    """Fewest and most numbers that it takes; 0: it may be left out."""
 
 
 class Model(NamedTuple):
@@ -54,9 +69,12 @@ class Model(NamedTuple):
 class Material:
     """A material: the name of its model and its parameters."""
 
-    def __init__(self, model: str, **parameters: float) -> None:
+    def __init__(self, model: str, **parameters: Numbers) -> None:
         self._model = model
-        self._parameters = dict(parameters)
+        self._parameters = {
+            key: value if isinstance(value, (float, int)) else [float(x) for x in value]
+            for key, value in parameters.items()
+        }
         check("material", material=self._as_table())
 
     @property
@@ -65,7 +83,7 @@ class Material:
         return self._model
 
     @property
-    def parameters(self) -> dict[str, float]:
+    def parameters(self) -> dict[str, float | list[float]]:
         """Parameters by name."""
         return dict(self._parameters)
 
@@ -151,7 +169,238 @@ class NeoHookean(_Viscoelastic):
     _name = "neo-hookean"
 
 
-def model(name: str, **parameters: float) -> Material:
+class _Tissue(Material):
+    """A nearly incompressible law of tissue; the volume resists by one of two moduli."""
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        density: float,
+        bulk_modulus: float | None,
+        poisson_ratio: float | None,
+        relaxation_time: float,
+        **law: Numbers | None,
+    ) -> None:
+        given = {"bulk_modulus": bulk_modulus, "poisson_ratio": poisson_ratio, **law}
+        there = {key: value for key, value in given.items() if value is not None}
+        super().__init__(name, density=density, relaxation_time=relaxation_time, **there)
+
+
+class MooneyRivlin(_Tissue):
+    """Mooney-Rivlin solid: w = c10 (I1 - 3) + c01 (I2 - 3), with K/2 (ln J)^2 for the volume.
+
+    Args:
+        density: undeformed density (kg/m^3).
+        c10: factor of I1 - 3 (Pa); 2 (c10 + c01) is the shear modulus at small strain.
+        c01: factor of I2 - 3 (Pa).
+        bulk_modulus: bulk modulus K (Pa); or else poisson_ratio.
+        poisson_ratio: Poisson's ratio at small strain; or else bulk_modulus.
+        relaxation_time: relaxation time of the damping (s); 0 switches it off.
+    """
+
+    def __init__(
+        self,
+        *,
+        density: float,
+        c10: float,
+        c01: float = 0.0,
+        bulk_modulus: float | None = None,
+        poisson_ratio: float | None = None,
+        relaxation_time: float = 0.0,
+    ) -> None:
+        super().__init__(
+            "mooney-rivlin",
+            density=density,
+            c10=c10,
+            c01=c01,
+            bulk_modulus=bulk_modulus,
+            poisson_ratio=poisson_ratio,
+            relaxation_time=relaxation_time,
+        )
+
+
+class Yeoh(_Tissue):
+    """Yeoh's solid: w = c1 (I1 - 3) + c2 (I1 - 3)^2 + c3 (I1 - 3)^3.
+
+    Args:
+        density: undeformed density (kg/m^3).
+        c1: factor of I1 - 3 (Pa): half the shear modulus at small strain.
+        c2: factor of (I1 - 3)^2 (Pa).
+        c3: factor of (I1 - 3)^3 (Pa).
+        bulk_modulus: bulk modulus K (Pa); or else poisson_ratio.
+        poisson_ratio: Poisson's ratio at small strain; or else bulk_modulus.
+        relaxation_time: relaxation time of the damping (s); 0 switches it off.
+    """
+
+    def __init__(
+        self,
+        *,
+        density: float,
+        c1: float,
+        c2: float = 0.0,
+        c3: float = 0.0,
+        bulk_modulus: float | None = None,
+        poisson_ratio: float | None = None,
+        relaxation_time: float = 0.0,
+    ) -> None:
+        super().__init__(
+            "yeoh",
+            density=density,
+            c1=c1,
+            c2=c2,
+            c3=c3,
+            bulk_modulus=bulk_modulus,
+            poisson_ratio=poisson_ratio,
+            relaxation_time=relaxation_time,
+        )
+
+
+class Ogden(_Tissue):
+    """Ogden's solid: sum of 2 mu_i / a_i^2 (l1^a_i + l2^a_i + l3^a_i - 3), l principal stretches.
+
+    Args:
+        density: undeformed density (kg/m^3).
+        moduli: mu_i of one to six terms (Pa); their sum is the shear modulus at small strain.
+        exponents: exponent a_i of each term.
+        bulk_modulus: bulk modulus K (Pa); or else poisson_ratio.
+        poisson_ratio: Poisson's ratio at small strain; or else bulk_modulus.
+        relaxation_time: relaxation time of the damping (s); 0 switches it off.
+    """
+
+    def __init__(
+        self,
+        *,
+        density: float,
+        moduli: Numbers,
+        exponents: Numbers,
+        bulk_modulus: float | None = None,
+        poisson_ratio: float | None = None,
+        relaxation_time: float = 0.0,
+    ) -> None:
+        super().__init__(
+            "ogden",
+            density=density,
+            moduli=moduli,
+            exponents=exponents,
+            bulk_modulus=bulk_modulus,
+            poisson_ratio=poisson_ratio,
+            relaxation_time=relaxation_time,
+        )
+
+
+class VerondaWestmann(_Tissue):
+    """Solid of Veronda and Westmann: w = c1 (exp(c2 (I1 - 3)) - 1) - c1 c2 / 2 (I2 - 3).
+
+    Args:
+        density: undeformed density (kg/m^3).
+        c1: scale of the stress (Pa); c1 c2 is the shear modulus at small strain.
+        c2: how fast it stiffens.
+        bulk_modulus: bulk modulus K (Pa); or else poisson_ratio.
+        poisson_ratio: Poisson's ratio at small strain; or else bulk_modulus.
+        relaxation_time: relaxation time of the damping (s); 0 switches it off.
+    """
+
+    def __init__(
+        self,
+        *,
+        density: float,
+        c1: float,
+        c2: float,
+        bulk_modulus: float | None = None,
+        poisson_ratio: float | None = None,
+        relaxation_time: float = 0.0,
+    ) -> None:
+        super().__init__(
+            "veronda-westmann",
+            density=density,
+            c1=c1,
+            c2=c2,
+            bulk_modulus=bulk_modulus,
+            poisson_ratio=poisson_ratio,
+            relaxation_time=relaxation_time,
+        )
+
+
+class Fung(_Tissue):
+    """Fung's exponential: w = mu / (2 b) (exp(b (I1 - 3)) - 1).
+
+    Args:
+        density: undeformed density (kg/m^3).
+        shear_modulus: shear modulus mu at small strain (Pa).
+        exponent: b, how fast it stiffens.
+        bulk_modulus: bulk modulus K (Pa); or else poisson_ratio.
+        poisson_ratio: Poisson's ratio at small strain; or else bulk_modulus.
+        relaxation_time: relaxation time of the damping (s); 0 switches it off.
+    """
+
+    def __init__(
+        self,
+        *,
+        density: float,
+        shear_modulus: float,
+        exponent: float,
+        bulk_modulus: float | None = None,
+        poisson_ratio: float | None = None,
+        relaxation_time: float = 0.0,
+    ) -> None:
+        super().__init__(
+            "fung",
+            density=density,
+            shear_modulus=shear_modulus,
+            exponent=exponent,
+            bulk_modulus=bulk_modulus,
+            poisson_ratio=poisson_ratio,
+            relaxation_time=relaxation_time,
+        )
+
+
+class HolzapfelGasserOgden(_Tissue):
+    """Neo-Hookean ground with two families of dispersed fibres, which resist when stretched.
+
+    Args:
+        density: undeformed density (kg/m^3).
+        shear_modulus: shear modulus of the ground (Pa).
+        k1: stiffness of the fibres (Pa).
+        k2: how fast they stiffen.
+        fibre: their direction in the undeformed body, three numbers.
+        second_fibre: direction of the second family; as the first if it is left out.
+        dispersion: kappa, 0 for aligned fibres to 1/3 for fibres without direction.
+        bulk_modulus: bulk modulus K (Pa); or else poisson_ratio.
+        poisson_ratio: Poisson's ratio of the ground at small strain; or else bulk_modulus.
+        relaxation_time: relaxation time of the damping (s); 0 switches it off.
+    """
+
+    def __init__(
+        self,
+        *,
+        density: float,
+        shear_modulus: float,
+        k1: float,
+        k2: float,
+        fibre: Iterable[float],
+        second_fibre: Iterable[float] | None = None,
+        dispersion: float = 0.0,
+        bulk_modulus: float | None = None,
+        poisson_ratio: float | None = None,
+        relaxation_time: float = 0.0,
+    ) -> None:
+        super().__init__(
+            "holzapfel-gasser-ogden",
+            density=density,
+            shear_modulus=shear_modulus,
+            k1=k1,
+            k2=k2,
+            fibre=fibre,
+            second_fibre=second_fibre,
+            dispersion=dispersion,
+            bulk_modulus=bulk_modulus,
+            poisson_ratio=poisson_ratio,
+            relaxation_time=relaxation_time,
+        )
+
+
+def model(name: str, **parameters: Numbers) -> Material:
     """The material of the model ``name`` with these parameters; see :func:`models`."""
     return Material(name, **parameters)
 

@@ -59,7 +59,15 @@ fn a_rod_bends_far_without_false_strain() {
     let force = 2.0 * young_modulus * edge.powi(4) / 12.0 / (length * length);
     let plane = |at: f64, side: Side| Region::Plane { axis: Axis::X, at, side };
     for model in ["corotated", "neo-hookean", "st-venant-kirchhoff"] {
-        let material = (rsph_core::material::model(model).unwrap().build)(&[1.0, young_modulus, 0.3, 0.0]);
+        let value = |key: &str| {
+            Some(vec![match key {
+                "density" => 1.0,
+                "young_modulus" => young_modulus,
+                "poisson_ratio" => 0.3,
+                _ => 0.0,
+            }])
+        };
+        let material = rsph_core::material::model(model).unwrap().make(value);
         let end = plane(length, Side::Above);
         let kind = LoadKind::Traction { region: end.clone(), traction: force / (edge * edge) * Vec3::z() };
         let probe = Probe {

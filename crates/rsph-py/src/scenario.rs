@@ -4,7 +4,7 @@ use crate::errors;
 use crate::shape::Shape;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rsph_core::material::REGISTRY;
+use rsph_core::material::models;
 use rsph_core::setup::{Probe, Setup};
 use rsph_scenario::scenario::LoadedScenario;
 use std::path::PathBuf;
@@ -63,11 +63,22 @@ pub fn check(text: String) -> PyResult<()> {
 /// All material models: name, description and parameters (key, unit, description, default).
 #[pyfunction]
 pub fn material_models(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
-    REGISTRY
-        .iter()
+    models()
+        .into_iter()
         .map(|model| {
-            let parameters: Vec<_> =
-                model.parameters.iter().map(|p| (p.key, p.unit, p.doc, p.default)).collect();
+            let parameters: Vec<_> = model
+                .parameters
+                .iter()
+                .map(|p| {
+                    (
+                        p.key,
+                        p.unit,
+                        p.doc,
+                        p.default().filter(|d| !d.is_empty()).map(|d| d[0]),
+                        p.kind.count(),
+                    )
+                })
+                .collect();
             let row = PyDict::new(py);
             row.set_item("name", model.name)?;
             row.set_item("doc", model.doc)?;

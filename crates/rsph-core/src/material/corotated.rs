@@ -1,6 +1,6 @@
 //! The corotated linear solid with Kelvin-Voigt damping: Hooke's law in axes that turn with the material.
 
-use super::{Formula, ISOTROPIC, KelvinVoigt, Law, Material, Model, damping};
+use super::{Damped, Formula, ISOTROPIC, KelvinVoigt, Model};
 use crate::error::InvalidInput;
 use crate::tensor::Mat3;
 use crate::tensor::lanes::{Real, Tensor};
@@ -13,18 +13,24 @@ const CONVERGED: f64 = 1e-15;
 
 /// W(F) = mu |F - R|^2 + lambda/2 (tr(R^T F) - 3)^2, R the rotation nearest to F; P = 2 mu (F - R) + lambda tr(R^T F - 1) R.
 ///
-/// Hooke's law for small strain at any rotation. (Mueller and Gross, Graphics Interface 2004, 239-246; with the exact tangent of
-/// McAdams et al., ACM Trans. Graph. 30(4), 2011.)
+/// (Mueller and Gross, Graphics Interface 2004, 239-246; with the exact tangent of McAdams et al., ACM Trans. Graph. 30(4), 2011.)
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Corotated {
-    small: KelvinVoigt,
+pub struct CorotatedEnergy {
+    mu: f64,
+    lambda: f64,
 }
+
+/// The corotated linear solid with Kelvin-Voigt damping: Hooke's law for small strain at any rotation.
+pub type Corotated = Damped<CorotatedEnergy>;
 
 pub(super) const MODEL: Model = Model {
     name: "corotated",
     doc: "linear elastic solid with Kelvin-Voigt damping that may turn: small strain, any rotation",
     parameters: &ISOTROPIC,
-    build: |p| Ok(Arc::new(Corotated::new(p[0], p[1], p[2], p[3])?)),
+    build: |v| {
+        let [density, young_modulus, poisson_ratio, relaxation_time] = v.isotropic();
+        Ok(Arc::new(Corotated::new(density, young_modulus, poisson_ratio, relaxation_time)?))
+    },
 };
 
 impl Corotated {
@@ -38,7 +44,9 @@ impl Corotated {
         poisson_ratio: f64,
         relaxation_time: f64,
     ) -> Result<Self, InvalidInput> {
-        Ok(Self { small: KelvinVoigt::new(density, young_modulus, poisson_ratio, relaxation_time)? })
+        let small = KelvinVoigt::new(density, young_modulus, poisson_ratio, relaxation_time)?;
+        let (mu, lambda) = small.lame();
+        Ok(Self { name: MODEL.name, small, law: CorotatedEnergy { mu, lambda } })
     }
 }
 
@@ -75,50 +83,27 @@ fn rotation_change<T: Real>(f: &Tensor<T>, r: &Tensor<T>, df: &Tensor<T>) -> Ten
     r.times(&Tensor([[zero, -z, y], [z, zero, -x], [-y, x, zero]]))
 }
 
-impl Material for Corotated {
-    fn name(&self) -> &'static str {
-        MODEL.name
-    }
-
-    fn density(&self) -> f64 {
-        self.small.density()
-    }
-
-    fn relaxation_time(&self) -> f64 {
-        self.small.relaxation_time()
-    }
-
-    fn law(&self) -> Law<'_> {
-        Law::FiniteStrain(self)
-    }
-}
-
-impl Formula for Corotated {
+impl Formula for CorotatedEnergy {
     fn energy(&self, f: &Mat3) -> f64 {
         if f.determinant().is_nan() || f.determinant() <= 0.0 {
             return f64::INFINITY;
         }
-        let ((mu, lambda), f) = (self.small.lame(), Tensor::from(f));
+        let (Self { mu, lambda }, f) = (*self, Tensor::from(f));
         let r = rotation(&f);
         mu * (f - r).dot(&(f - r)) + 0.5 * lambda * (r.dot(&f) - 3.0).powi(2)
     }
 
     #[inline(always)]
     fn first_piola<T: Real>(&self, f: &Tensor<T>) -> Tensor<T> {
-        let ((mu, lambda), r) = (self.small.lame(), rotation(f));
+        let (Self { mu, lambda }, r) = (*self, rotation(f));
         ((*f - r) * (2.0 * mu)).plus((r.dot(f) + -3.0) * lambda, &r)
     }
 
     #[inline(always)]
     fn tangent<T: Real>(&self, f: &Tensor<T>, df: &Tensor<T>) -> Tensor<T> {
-        let ((mu, lambda), r) = (self.small.lame(), rotation(f));
+        let (Self { mu, lambda }, r) = (*self, rotation(f));
         let dr = rotation_change(f, &r, df);
         // dR : F = 0, W being antisymmetric and S symmetric.
         ((*df - dr) * (2.0 * mu)).plus(r.dot(df) * lambda, &r).plus((r.dot(f) + -3.0) * lambda, &dr)
-    }
-
-    #[inline(always)]
-    fn viscous_piola<T: Real>(&self, f: &Tensor<T>, f_rate: &Tensor<T>) -> Tensor<T> {
-        damping::spatial(&self.small, f, f_rate)
     }
 }

@@ -4,6 +4,15 @@ use super::{ISOTROPIC, Law, Material, Model, Stiffness};
 use crate::error::InvalidInput;
 use std::sync::Arc;
 
+/// Refuses a parameter that is not positive.
+pub(super) fn positive(key: &str, x: f64, hint: &str) -> Result<(), InvalidInput> {
+    if x.is_finite() && x > 0.0 {
+        Ok(())
+    } else {
+        Err(InvalidInput::new(key, x, "must be a positive number", hint))
+    }
+}
+
 /// Eq. (5): sigma = 2 mu (e + T de/dt) + lambda tr(e + T de/dt) I.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KelvinVoigt {
@@ -17,7 +26,10 @@ pub(super) const MODEL: Model = Model {
     name: "kelvin-voigt",
     doc: "linear elastic solid with Kelvin-Voigt damping (Eq. 5), for small strain",
     parameters: &ISOTROPIC,
-    build: |p| Ok(Arc::new(KelvinVoigt::new(p[0], p[1], p[2], p[3])?)),
+    build: |v| {
+        let [density, young_modulus, poisson_ratio, relaxation_time] = v.isotropic();
+        Ok(Arc::new(KelvinVoigt::new(density, young_modulus, poisson_ratio, relaxation_time)?))
+    },
 };
 
 impl KelvinVoigt {
@@ -32,13 +44,6 @@ impl KelvinVoigt {
         poisson_ratio: f64,
         relaxation_time: f64,
     ) -> Result<Self, InvalidInput> {
-        let positive = |key: &str, x: f64, hint: &str| {
-            if x.is_finite() && x > 0.0 {
-                Ok(())
-            } else {
-                Err(InvalidInput::new(key, x, "must be a positive number", hint))
-            }
-        };
         positive("material.density", density, "soft tissue: about 1000 kg/m^3")?;
         positive("material.young_modulus", young_modulus, "liver: about 1e5 Pa, kidney: about 1e4 Pa")?;
         if !(poisson_ratio > -1.0 && poisson_ratio < 0.5) {
@@ -61,6 +66,28 @@ impl KelvinVoigt {
         let mu = young_modulus / (2.0 * (1.0 + poisson_ratio));
         let lambda = poisson_ratio * young_modulus / ((1.0 - 2.0 * poisson_ratio) * (1.0 + poisson_ratio));
         Ok(Self { density, relaxation_time, mu, lambda })
+    }
+
+    /// A material from its shear modulus mu and bulk modulus K (Pa) instead.
+    ///
+    /// # Errors
+    /// Names the parameter that is out of range.
+    pub(super) fn of_moduli(
+        density: f64,
+        shear_modulus: f64,
+        bulk_modulus: f64,
+        relaxation_time: f64,
+    ) -> Result<Self, InvalidInput> {
+        positive("material.bulk_modulus", bulk_modulus, "a thousand shear moduli is nearly incompressible")?;
+        let poisson_ratio =
+            (3.0 * bulk_modulus - 2.0 * shear_modulus) / (6.0 * bulk_modulus + 2.0 * shear_modulus);
+        let young_modulus = 2.0 * shear_modulus * (1.0 + poisson_ratio);
+        Self::new(density, young_modulus, poisson_ratio, relaxation_time)
+    }
+
+    /// Bulk modulus K = lambda + 2/3 mu (Pa).
+    pub(super) fn bulk_modulus(&self) -> f64 {
+        self.lambda + 2.0 / 3.0 * self.mu
     }
 
     /// Lame constants (mu, lambda) in Pa, Eq. (6).

@@ -1,24 +1,41 @@
 //! Materials. One model a file, plus one line in [`REGISTRY`].
 
 mod corotated;
+mod damped;
 mod damping;
 mod finite_strain;
-mod formula;
+mod fung;
+mod holzapfel_gasser_ogden;
+mod hyperelastic;
+mod isochoric;
 mod kelvin_voigt;
+mod model;
+mod mooney_rivlin;
 mod neo_hookean;
+mod ogden;
 mod saint_venant_kirchhoff;
+mod veronda_westmann;
+mod yeoh;
 
 pub use corotated::Corotated;
+pub use damped::Damped;
 pub use finite_strain::FiniteStrain;
-pub use formula::Formula;
+pub use fung::Fung;
+pub use holzapfel_gasser_ogden::HolzapfelGasserOgden;
+pub use hyperelastic::{Formula, Hyperelastic};
+pub use isochoric::{Invariants, Isochoric};
 pub use kelvin_voigt::KelvinVoigt;
+pub use model::{Kind, Model, Parameter, Values, model, models, register};
+pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::NeoHookean;
+pub use ogden::Ogden;
 pub use saint_venant_kirchhoff::SaintVenantKirchhoff;
+pub use veronda_westmann::VerondaWestmann;
+pub use yeoh::Yeoh;
 
-use crate::error::InvalidInput;
 use crate::tensor::{Mat3, SymTensor};
+use model::{ISOTROPIC, TISSUE, tissue};
 use std::fmt::Debug;
-use std::sync::Arc;
 
 /// A constitutive law with its density and damping.
 pub trait Material: Debug + Send + Sync {
@@ -163,48 +180,16 @@ impl Stiffness {
     }
 }
 
-/// One parameter of a material model.
-#[derive(Clone, Copy, Debug)]
-pub struct Parameter {
-    /// Key in scenario files.
-    pub key: &'static str,
-    /// Unit in SI.
-    pub unit: &'static str,
-    /// What it is.
-    pub doc: &'static str,
-    /// Value if the key is absent; `None`: required.
-    pub default: Option<f64>,
-}
-
-/// The parameters of an isotropic solid with Kelvin-Voigt damping.
-const ISOTROPIC: [Parameter; 4] = [
-    Parameter { key: "density", unit: "kg/m^3", doc: "density rho, undeformed", default: None },
-    Parameter { key: "young_modulus", unit: "Pa", doc: "Young's modulus E, undeformed", default: None },
-    Parameter { key: "poisson_ratio", unit: "1", doc: "Poisson's ratio nu, undeformed", default: None },
-    Parameter { key: "relaxation_time", unit: "s", doc: "relaxation time T of the damping", default: None },
+/// All material models of this crate; [`models`] has those that were added to them as well.
+pub const REGISTRY: &[Model] = &[
+    kelvin_voigt::MODEL,
+    corotated::MODEL,
+    neo_hookean::MODEL,
+    saint_venant_kirchhoff::MODEL,
+    mooney_rivlin::MODEL,
+    yeoh::MODEL,
+    ogden::MODEL,
+    veronda_westmann::MODEL,
+    fung::MODEL,
+    holzapfel_gasser_ogden::MODEL,
 ];
-
-/// Builds a material from the values of its parameters.
-pub type Build = fn(&[f64]) -> Result<Arc<dyn Material>, InvalidInput>;
-
-/// One row of the registry: what a scenario, the schema and Python need to know of a model.
-#[derive(Clone, Copy, Debug)]
-pub struct Model {
-    /// Name in scenario files.
-    pub name: &'static str,
-    /// One line for `--help`, schema and docs.
-    pub doc: &'static str,
-    /// Parameters, in order.
-    pub parameters: &'static [Parameter],
-    /// Builds the material from its parameters in that order.
-    pub build: Build,
-}
-
-/// All material models.
-pub const REGISTRY: &[Model] =
-    &[kelvin_voigt::MODEL, corotated::MODEL, neo_hookean::MODEL, saint_venant_kirchhoff::MODEL];
-
-/// The model of that name.
-pub fn model(name: &str) -> Option<&'static Model> {
-    REGISTRY.iter().find(|m| m.name == name)
-}

@@ -1,6 +1,6 @@
 //! The compressible neo-Hookean solid with Kelvin-Voigt damping, for large deformation.
 
-use super::{Formula, ISOTROPIC, KelvinVoigt, Law, Material, Model, damping};
+use super::{Damped, Formula, ISOTROPIC, KelvinVoigt, Model};
 use crate::error::InvalidInput;
 use crate::tensor::Mat3;
 use crate::tensor::lanes::{Real, Tensor};
@@ -8,20 +8,24 @@ use std::sync::Arc;
 
 /// W(F) = mu/2 (F:F - 3) - mu ln J + lambda/2 (ln J)^2, J = det F, so that the Cauchy stress is
 /// sigma = [mu (F F^T - I) + lambda ln J I]/J.
-///
-/// With Kelvin-Voigt damping of the rate of strain in space. For small strain it is the Kelvin-Voigt solid with the same parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NeoHookean {
-    small: KelvinVoigt,
+pub struct NeoHookeanEnergy {
     mu: f64,
     lambda: f64,
 }
+
+/// The neo-Hookean solid with Kelvin-Voigt damping of the rate of strain in space. For small strain it is the Kelvin-Voigt solid
+/// with the same parameters.
+pub type NeoHookean = Damped<NeoHookeanEnergy>;
 
 pub(super) const MODEL: Model = Model {
     name: "neo-hookean",
     doc: "compressible neo-Hookean solid with Kelvin-Voigt damping, for large strain and rotation",
     parameters: &ISOTROPIC,
-    build: |p| Ok(Arc::new(NeoHookean::new(p[0], p[1], p[2], p[3])?)),
+    build: |v| {
+        let [density, young_modulus, poisson_ratio, relaxation_time] = v.isotropic();
+        Ok(Arc::new(NeoHookean::new(density, young_modulus, poisson_ratio, relaxation_time)?))
+    },
 };
 
 impl NeoHookean {
@@ -38,29 +42,11 @@ impl NeoHookean {
     ) -> Result<Self, InvalidInput> {
         let small = KelvinVoigt::new(density, young_modulus, poisson_ratio, relaxation_time)?;
         let (mu, lambda) = small.lame();
-        Ok(Self { small, mu, lambda })
+        Ok(Self { name: MODEL.name, small, law: NeoHookeanEnergy { mu, lambda } })
     }
 }
 
-impl Material for NeoHookean {
-    fn name(&self) -> &'static str {
-        MODEL.name
-    }
-
-    fn density(&self) -> f64 {
-        self.small.density()
-    }
-
-    fn relaxation_time(&self) -> f64 {
-        self.small.relaxation_time()
-    }
-
-    fn law(&self) -> Law<'_> {
-        Law::FiniteStrain(self)
-    }
-}
-
-impl Formula for NeoHookean {
+impl Formula for NeoHookeanEnergy {
     fn energy(&self, f: &Mat3) -> f64 {
         let j = f.determinant();
         if j <= 0.0 {
@@ -85,11 +71,6 @@ impl Formula for NeoHookean {
             .plus(j.ln() * -self.lambda + self.mu, &turned)
             .plus(inverse_transpose.dot(df) * self.lambda, &inverse_transpose)
     }
-
-    #[inline(always)]
-    fn viscous_piola<T: Real>(&self, f: &Tensor<T>, f_rate: &Tensor<T>) -> Tensor<T> {
-        damping::spatial(&self.small, f, f_rate)
-    }
 }
 
 #[cfg(test)]
@@ -109,6 +90,6 @@ mod tests {
         let sigma = FiniteStrain::first_piola(&solid(), &f) * f.transpose();
         let mu = 10.0 / 2.6;
         assert!((sigma - Mat3::new(mu, mu, 0.0, mu, 0.0, 0.0, 0.0, 0.0, 0.0)).norm() < 1e-12);
-        assert_eq!(Formula::energy(&solid(), &-Mat3::identity()), f64::INFINITY);
+        assert_eq!(FiniteStrain::energy(&solid(), &-Mat3::identity()), f64::INFINITY);
     }
 }

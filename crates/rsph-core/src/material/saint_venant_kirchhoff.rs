@@ -1,26 +1,33 @@
 //! The St. Venant-Kirchhoff solid with Kelvin-Voigt damping: Hooke's law between Green's strain and the second Piola-Kirchhoff
 //! stress.
 
-use super::{Formula, ISOTROPIC, KelvinVoigt, Law, Material, Model, damping};
+use super::{Damped, Formula, ISOTROPIC, KelvinVoigt, Model};
 use crate::error::InvalidInput;
 use crate::tensor::Mat3;
 use crate::tensor::lanes::{Real, Tensor};
 use std::sync::Arc;
 
 /// W(F) = lambda/2 (tr E)^2 + mu E:E with Green's strain E = (F^T F - 1)/2; P = F (lambda tr E 1 + 2 mu E).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SaintVenantKirchhoffEnergy {
+    mu: f64,
+    lambda: f64,
+}
+
+/// The St. Venant-Kirchhoff solid with Kelvin-Voigt damping.
 ///
 /// For moderate strain at any rotation: it softens in compression and has no resistance left at a stretch of 0.58.
 /// (Bonet and Wood, Nonlinear Continuum Mechanics for Finite Element Analysis, 2nd edition 2008, section 6.4.)
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SaintVenantKirchhoff {
-    small: KelvinVoigt,
-}
+pub type SaintVenantKirchhoff = Damped<SaintVenantKirchhoffEnergy>;
 
 pub(super) const MODEL: Model = Model {
     name: "st-venant-kirchhoff",
     doc: "Hooke's law for Green's strain, with Kelvin-Voigt damping: moderate strain, any rotation",
     parameters: &ISOTROPIC,
-    build: |p| Ok(Arc::new(SaintVenantKirchhoff::new(p[0], p[1], p[2], p[3])?)),
+    build: |v| {
+        let [density, young_modulus, poisson_ratio, relaxation_time] = v.isotropic();
+        Ok(Arc::new(SaintVenantKirchhoff::new(density, young_modulus, poisson_ratio, relaxation_time)?))
+    },
 };
 
 impl SaintVenantKirchhoff {
@@ -34,14 +41,17 @@ impl SaintVenantKirchhoff {
         poisson_ratio: f64,
         relaxation_time: f64,
     ) -> Result<Self, InvalidInput> {
-        Ok(Self { small: KelvinVoigt::new(density, young_modulus, poisson_ratio, relaxation_time)? })
+        let small = KelvinVoigt::new(density, young_modulus, poisson_ratio, relaxation_time)?;
+        let (mu, lambda) = small.lame();
+        Ok(Self { name: MODEL.name, small, law: SaintVenantKirchhoffEnergy { mu, lambda } })
     }
+}
 
+impl SaintVenantKirchhoffEnergy {
     /// Hooke's law for a symmetric tensor.
     #[inline(always)]
     fn hooke<T: Real>(&self, e: &Tensor<T>) -> Tensor<T> {
-        let (mu, lambda) = self.small.lame();
-        (*e * (2.0 * mu)).plus_diagonal(e.trace() * lambda)
+        (*e * (2.0 * self.mu)).plus_diagonal(e.trace() * self.lambda)
     }
 }
 
@@ -51,25 +61,7 @@ fn green<T: Real>(f: &Tensor<T>) -> Tensor<T> {
     (f.transpose().times(f) * 0.5).plus_number(-0.5)
 }
 
-impl Material for SaintVenantKirchhoff {
-    fn name(&self) -> &'static str {
-        MODEL.name
-    }
-
-    fn density(&self) -> f64 {
-        self.small.density()
-    }
-
-    fn relaxation_time(&self) -> f64 {
-        self.small.relaxation_time()
-    }
-
-    fn law(&self) -> Law<'_> {
-        Law::FiniteStrain(self)
-    }
-}
-
-impl Formula for SaintVenantKirchhoff {
+impl Formula for SaintVenantKirchhoffEnergy {
     fn energy(&self, f: &Mat3) -> f64 {
         let e = green(&Tensor::from(f));
         if f.determinant() > 0.0 { 0.5 * self.hooke(&e).dot(&e) } else { f64::INFINITY }
@@ -84,10 +76,5 @@ impl Formula for SaintVenantKirchhoff {
     fn tangent<T: Real>(&self, f: &Tensor<T>, df: &Tensor<T>) -> Tensor<T> {
         let change = f.transpose().times(df).symmetric_part();
         df.times(&self.hooke(&green(f))) + f.times(&self.hooke(&change))
-    }
-
-    #[inline(always)]
-    fn viscous_piola<T: Real>(&self, f: &Tensor<T>, f_rate: &Tensor<T>) -> Tensor<T> {
-        damping::spatial(&self.small, f, f_rate)
     }
 }

@@ -31,6 +31,15 @@ pub trait Real:
     /// The natural logarithm.
     #[must_use]
     fn ln(self) -> Self;
+    /// e to this power.
+    #[must_use]
+    fn exp(self) -> Self;
+    /// This number where it is positive, 0 elsewhere.
+    #[must_use]
+    fn positive_part(self) -> Self;
+    /// 1 where this number is positive, 0 elsewhere.
+    #[must_use]
+    fn is_positive(self) -> Self;
     /// The largest magnitude in any lane; NaN if there is one.
     fn largest(self) -> f64;
 }
@@ -58,6 +67,21 @@ impl Real for f64 {
     }
 
     #[inline(always)]
+    fn exp(self) -> Self {
+        f64::exp(self)
+    }
+
+    #[inline(always)]
+    fn positive_part(self) -> Self {
+        self.max(0.0)
+    }
+
+    #[inline(always)]
+    fn is_positive(self) -> Self {
+        f64::from(u8::from(self > 0.0))
+    }
+
+    #[inline(always)]
     fn largest(self) -> f64 {
         self.abs()
     }
@@ -78,6 +102,17 @@ impl<S: Simd> Lanes<S> {
     #[inline(always)]
     pub fn load(simd: S, from: &[f64]) -> Self {
         Self(simd, S::as_simd_f64s(&from[..S::F64_LANES]).0[0])
+    }
+
+    /// A function of each lane.
+    #[inline(always)]
+    fn each(self, function: impl Fn(f64) -> f64) -> Self {
+        let mut values = [0.0; MAX_LANES];
+        self.store(&mut values);
+        for value in &mut values[..S::F64_LANES] {
+            *value = function(*value);
+        }
+        Self::load(self.0, &values)
     }
 
     /// Puts the values at the start of `to`.
@@ -153,12 +188,22 @@ impl<S: Simd> Real for Lanes<S> {
 
     #[inline(always)]
     fn ln(self) -> Self {
-        let mut values = [0.0; MAX_LANES];
-        self.store(&mut values);
-        for value in &mut values[..S::F64_LANES] {
-            *value = value.ln();
-        }
-        Self::load(self.0, &values)
+        self.each(f64::ln)
+    }
+
+    #[inline(always)]
+    fn exp(self) -> Self {
+        self.each(f64::exp)
+    }
+
+    #[inline(always)]
+    fn positive_part(self) -> Self {
+        Self(self.0, self.0.max_f64s(self.1, self.0.splat_f64s(0.0)))
+    }
+
+    #[inline(always)]
+    fn is_positive(self) -> Self {
+        self.each(Real::is_positive)
     }
 
     #[inline(always)]
@@ -235,6 +280,20 @@ impl<T: Real> Tensor<T> {
                 let sum = self.0[i][0] * other.0[0][j];
                 let sum = self.0[i][1].mul_add(other.0[1][j], sum);
                 product.0[i][j] = self.0[i][2].mul_add(other.0[2][j], sum);
+            }
+        }
+        product
+    }
+
+    /// The matrix product with a matrix that is the same in every lane.
+    #[inline(always)]
+    #[must_use]
+    pub fn times_matrix(&self, other: &Mat3) -> Self {
+        let mut product = *self;
+        for i in 0..3 {
+            for j in 0..3 {
+                let sum = self.0[i][1].scaled_add(other[(1, j)], self.0[i][0] * other[(0, j)]);
+                product.0[i][j] = self.0[i][2].scaled_add(other[(2, j)], sum);
             }
         }
         product

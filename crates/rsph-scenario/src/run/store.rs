@@ -56,7 +56,10 @@ fn material(scenario: &LoadedScenario) -> Vec<Parameter> {
     let Some(table) = &scenario.tables().material else { return Vec::new() };
     let model = table.model_name().unwrap_or_default();
     let mut rows = vec![Parameter::new("material", model, "")];
-    rows.extend(table.values().into_iter().map(|(p, value)| Parameter::number(p.doc, value, p.unit)));
+    rows.extend(table.values().into_iter().map(|(p, numbers)| match numbers[..] {
+        [number] => Parameter::number(p.doc, number, p.unit),
+        _ => Parameter::new(p.doc, format!("{numbers:?}"), p.unit),
+    }));
     rows
 }
 

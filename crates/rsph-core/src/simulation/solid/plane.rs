@@ -4,6 +4,9 @@ use crate::error::InvalidInput;
 use crate::region::{Axis, Region};
 use crate::setup::{Formulation, LoadKind, Setup, SolidSetup};
 
+/// Share of the stiffness that rounding makes of a zero.
+const SYMMETRIC: f64 = 1e-9;
+
 /// Refuses what leaves the plane.
 ///
 /// # Errors
@@ -15,6 +18,17 @@ pub(super) fn check(setup: &Setup<SolidSetup>) -> Result<(), InvalidInput> {
             "paper",
             "the scheme of the paper has bodies in space only",
             "take \"adjoint\", or a body in space such as a box",
+        ));
+    }
+    let c = setup.mechanics.material.stiffness().0;
+    // Shear across the plane, yz and xz, from what happens in it.
+    let across_plane = (0..4).flat_map(|i| [c[i][4], c[i][5], c[4][i], c[5][i]]);
+    if across_plane.into_iter().any(|c_ij| c_ij.abs() > SYMMETRIC * c[0][0]) {
+        return Err(InvalidInput::new(
+            "material",
+            setup.mechanics.material.name(),
+            "is not symmetric about the plane of a plane body, which would leave it",
+            "let fibres lie in the plane or along z",
         ));
     }
     for (i, boundary) in setup.mechanics.boundaries.iter().enumerate() {
