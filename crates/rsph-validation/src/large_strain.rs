@@ -1,6 +1,7 @@
 //! Solids at finite strain, with and without remeshing: a cube, a plane block and a liver at rest against finite
-//! elements, a disc and a ball that spin freely.
+//! elements, columns that twist and bend, a disc and a ball that spin freely.
 
+mod column;
 mod liver;
 mod plane;
 mod rest;
@@ -31,6 +32,7 @@ pub(super) fn run(quick: bool, _folder: &Path) -> Result<Vec<Row>, String> {
     }
     rows.extend(plane::cook(quick)?);
     rows.extend(plane::beam(quick)?);
+    rows.extend(column::column(quick)?);
     rows.extend(spin::disc(quick)?);
     rows.extend(spin::ball(quick)?);
     if !quick {

@@ -121,7 +121,7 @@ fn body(
 }
 
 /// What the probe reads.
-fn tip(body: &mut Simulation) -> Vec3 {
+pub(super) fn tip(body: &mut Simulation) -> Vec3 {
     Vec3::from_iterator(body.readings().iter().map(|r| r.value))
 }
 
