@@ -249,6 +249,7 @@ class Simulation:
         twin = Simulation.__new__(type(self))
         twin._core = self._core.copy()
         twin._description = self._description
+        twin._doubted = self._doubted
         return twin
 
     def __deepcopy__(self, memo: dict[int, object]) -> Simulation:
@@ -261,8 +262,18 @@ class Simulation:
 
     def _start(self, core: _rsph.Simulation) -> None:
         self._core = core
+        self._doubted = False
         self._description = Description(**core.description())
         for note in core.notes:
+            warnings.warn(note, RsphWarning, stacklevel=3)
+
+    def _doubt(self) -> None:
+        """Warns, once, of a state that the law is not for."""
+        if self._doubted:
+            return
+        note = self._core.beyond_the_law()
+        if note is not None:
+            self._doubted = True
             warnings.warn(note, RsphWarning, stacklevel=3)
 
     def step(self, n: int = 1) -> None:
@@ -365,6 +376,7 @@ class Simulation:
                 if callback is not None:
                     callback(self)
             shown(self.time, end)
+        self._doubt()
         return self.history()
 
     def set_load(
@@ -408,7 +420,9 @@ class Simulation:
         Raises:
             SimulationError: the body is not held, or no equilibrium was found.
         """
-        return Equilibrium(**self._core.solve_static(self.time if time is None else float(time)))
+        found = self._core.solve_static(self.time if time is None else float(time))
+        self._doubt()
+        return Equilibrium(**found)
 
     @property
     def stiffness(self) -> Any:
@@ -479,8 +493,9 @@ class Simulation:
 
     @property
     def notes(self) -> list[str]:
-        """Things you should know, one sentence each; also given as warnings."""
-        return self._core.notes
+        """What you should know of it and of this moment, a sentence each; also as warnings."""
+        note = self._core.beyond_the_law()
+        return self._core.notes if note is None else [*self._core.notes, note]
 
     def snapshot(self) -> Snapshot:
         """This moment, with read-only arrays that are not copied."""

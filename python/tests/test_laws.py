@@ -1,5 +1,7 @@
 """Laws of tissue through the installed package: bars that are pulled, against closed forms."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -58,6 +60,42 @@ def test_a_pulled_bar_has_its_closed_form(name):
     w1, w2 = slopes(s**2 + 2 / s)
     # The nominal stress of an incompressible bar; the volume changes by 1e-4.
     assert 2 * (s - s**-2) * (w1 + w2 / s) == pytest.approx(TRACTION, rel=1e-3)
+
+
+def test_a_linear_law_beyond_its_range_warns():
+    below, above = (
+        rsph.regions.plane(axis="z", at=0.0, side="below"),
+        rsph.regions.plane(axis="z", at=1.0, side="above"),
+    )
+
+    def pulled(material, traction):
+        return rsph.Simulation(
+            shape=rsph.shapes.Box(size=(1, 1, 1)),
+            spacing=0.25,
+            material=material,
+            boundaries=[rsph.boundaries.Clamp(region=below)],
+            loads=[rsph.loads.Traction(region=above, traction=(0, 0, traction))],
+        )
+
+    kelvin_voigt = rsph.materials.KelvinVoigt(
+        density=1000.0, young_modulus=1e4, poisson_ratio=0.3, relaxation_time=0.0
+    )
+    sim = pulled(kelvin_voigt, 8e3)
+    with pytest.warns(rsph.RsphWarning, match=r"strained by [01]\.\d+ at .*neo-hookean"):
+        sim.solve_static()
+    assert len(sim.notes) == 1
+    # Nothing is said of small strain, nor of a law for large strain.
+    for quiet in (pulled(kelvin_voigt, 100.0), pulled(large(), 8e3)):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            quiet.solve_static()
+        assert quiet.notes == []
+
+
+def large():
+    return rsph.materials.NeoHookean(
+        density=1000.0, young_modulus=1e4, poisson_ratio=0.3, relaxation_time=0.0
+    )
 
 
 def test_a_law_without_its_volume_is_refused():

@@ -93,9 +93,12 @@ impl Observer for Display {
         }
     }
 
-    fn finished(&mut self, _: &Outcome) {
+    fn finished(&mut self, outcome: &Outcome) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
+        }
+        for note in &outcome.notes {
+            tracing::warn!("{note}");
         }
     }
 }

@@ -65,6 +65,48 @@ fn quiet_is_silent() {
     assert_eq!((done.code, done.out.as_str(), done.err.as_str()), (Some(0), "", ""));
 }
 
+/// The law of the paper, pulled to 1.78 of its length, and a body of 100 m.
+const BEYOND: &str = r#"
+    units = "SI"
+    solver = { mode = "static" }
+    time = { until = 1.0 }
+    material = { model = "kelvin-voigt", density = 1000.0, young_modulus = 1e4, poisson_ratio = 0.3, relaxation_time = 0.2 }
+    body = { shape = { box = { size = [0.1, 0.1, 0.1] } }, spacing = 0.0125 }
+    [[boundary]]
+    kind = "clamp"
+    region = { plane = { axis = "z", at = 0.0, side = "below" } }
+    [[load]]
+    kind = "traction"
+    traction = [0.0, 0.0, 8e3]
+    region = { plane = { axis = "z", at = 0.1, side = "above" } }
+"#;
+
+#[test]
+fn a_law_beyond_its_range_is_named_wherever_results_are_read() {
+    let bench = Bench::new();
+    std::fs::write(bench.path("beyond.toml"), BEYOND).unwrap();
+    let run = |more: &[&str]| {
+        let done = bench.rsph(&[&["run", "beyond.toml", "--output", "results", "--force"], more].concat());
+        assert_eq!(done.code, Some(0), "{}", done.err);
+        let read = |file: &str| std::fs::read_to_string(bench.path("results").join(file)).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&read("summary.json")).unwrap();
+        (done.err, summary["notes"].as_array().unwrap().clone(), read("report.html"))
+    };
+    let (log, notes, report) = run(&[]);
+    let note = notes[0].as_str().unwrap();
+    assert!(
+        note.contains("strained by 1.0") && note.contains("neo-hookean") && notes.len() == 1,
+        "{notes:?}"
+    );
+    assert!(log.contains(note) && report.contains("Do not trust this far"), "{log}");
+    let law = "material.model=neo-hookean";
+    let (_, notes, report) = run(&["--set", law]);
+    assert!(notes.is_empty() && !report.contains("Do not trust this far"), "{notes:?}");
+    let size = "body={ shape = { box = { size = [100, 100, 100] } }, spacing = 20.0 }";
+    let (_, notes, _) = run(&["--set", law, "--set", size, "--set", "load=[]"]);
+    assert!(notes[0].as_str().unwrap().contains("`scale = 0.001`"), "{notes:?}");
+}
+
 #[test]
 fn threads_do_not_change_the_result() {
     let read = |threads: &str| {

@@ -3,6 +3,7 @@
 
 mod balance;
 mod checks;
+mod extremes;
 mod fsi_1d;
 mod interactive;
 mod model;
@@ -15,6 +16,7 @@ mod time_step;
 
 pub use crate::observe::Reading;
 pub use balance::Conservation;
+pub use extremes::{Extreme, Extremes};
 pub use prescribed::VOLUME_INSIDE;
 pub use remeshing::{RemeshLog, Sums};
 pub use statics::Equilibrium;
@@ -480,6 +482,24 @@ impl Simulation {
         let mut force = vec![0.0; u.len()];
         solid.apply(Scales::STATIC, &free, &mut force);
         Some(force)
+    }
+
+    /// The largest strain, turn and displacement of this moment; `None` for a body whose law takes them all, or has none.
+    pub fn extremes(&mut self) -> Option<Extremes> {
+        let range = self.setup.solid()?.material.range();
+        if range.strain.is_infinite() && range.turn.is_infinite() {
+            return None;
+        }
+        let (x, u) = (self.particles.column(Field::Reference), self.particles.column(Field::Displacement));
+        let (places, moved): (Vec<Vec3>, Vec<Vec3>) =
+            (0..self.particles.len()).map(|a| (x.vector(a), u.vector(a))).unzip();
+        let gradients = self.model.dynamics_mut().solid()?.gradient(self.time, u.values());
+        Some(Extremes::new(&places, &moved, &gradients))
+    }
+
+    /// What to know where `extremes` are beyond what the law of the body is for.
+    pub fn beyond_the_law(&self, extremes: &Extremes) -> Option<String> {
+        extremes.note(&*self.setup.solid()?.material, &self.setup.shape.bounds())
     }
 
     /// The state without derived columns.

@@ -321,6 +321,12 @@ impl Simulation {
         self.notes.clone()
     }
 
+    /// What to know where this moment is beyond what the law is for.
+    fn beyond_the_law(&self) -> PyResult<Option<String>> {
+        let simulation = &mut self.state()?.simulation;
+        Ok(simulation.extremes().and_then(|extremes| simulation.beyond_the_law(&extremes)))
+    }
+
     /// What is known before the first step, by name.
     fn description<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let state = self.state()?;

@@ -64,6 +64,8 @@ pub struct Outcome {
     pub remesh: Option<RemeshLog>,
     /// How the last equilibrium was found; `None` if none was asked for.
     pub equilibrium: Option<Equilibrium>,
+    /// Things the user should know about its results (one sentence each).
+    pub notes: Vec<String>,
 }
 
 /// A result that a run hands on; they come in the order of time.

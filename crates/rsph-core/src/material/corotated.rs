@@ -66,6 +66,11 @@ fn rotation<T: Real>(f: &Tensor<T>) -> Tensor<T> {
     r
 }
 
+/// The rotation nearest to F; none where F turns inside out.
+pub(crate) fn rotation_of(f: &Mat3) -> Option<Mat3> {
+    (f.determinant() > 0.0).then(|| rotation(&Tensor::from(f)).into())
+}
+
 /// Change of the rotation R of F when F changes by dF: R W, where W S + S W = R^T dF - dF^T R.
 #[inline(always)]
 fn rotation_change<T: Real>(f: &Tensor<T>, r: &Tensor<T>, df: &Tensor<T>) -> Tensor<T> {

@@ -18,6 +18,7 @@ mod veronda_westmann;
 mod yeoh;
 
 pub use corotated::Corotated;
+pub(crate) use corotated::rotation_of;
 pub use damped::Damped;
 pub use finite_strain::FiniteStrain;
 pub use fung::Fung;
@@ -64,7 +65,27 @@ pub trait Material: Debug + Send + Sync {
     fn shear_modulus(&self) -> f64 {
         self.stiffness().shear_modulus()
     }
+    /// What deformation it is for.
+    fn range(&self) -> Range {
+        match self.law() {
+            Law::Linear(_) => Range { strain: SMALL_STRAIN, turn: SMALL_TURN },
+            Law::FiniteStrain(_) => Range { strain: f64::INFINITY, turn: f64::INFINITY },
+        }
+    }
 }
+
+/// What deformation a law is for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// Largest change of a length over the length.
+    pub strain: f64,
+    /// Largest angle of a rotation (rad).
+    pub turn: f64,
+}
+
+/// Strain and turn (rad) up to which a linear law is right to a few per cent: 5 % and 5 degrees.
+const SMALL_STRAIN: f64 = 0.05;
+const SMALL_TURN: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
 /// Stress as a function of the deformation gradient F = dx/dX = 1 + grad u and its rate.
 #[derive(Clone, Copy, Debug)]

@@ -28,7 +28,7 @@ use crate::mls::{Cloud, GradientFit, PointWeights};
 use crate::observe::{Reading, TaggedProbe};
 use crate::particles::{Column, Field, Particles};
 use crate::sample::{Body, sample};
-use crate::setup::{Formulation, Load, Probe, RemeshTrigger, Setup, SolidSetup, VectorField};
+use crate::setup::{Formulation, Load, Probe, RemeshTrigger, Setup, SolidSetup, Units, VectorField};
 use crate::shape::Shape;
 use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
@@ -40,6 +40,9 @@ use held::{Held, with_cut_shape};
 use remesh::{SolidRemeshError, Undeformed};
 use std::sync::Arc;
 use surface_reading::{Loading, SurfaceReading};
+
+/// Length (m) beyond which a body is not measured in metres.
+const LARGEST_TISSUE: f64 = 5.0;
 
 /// A solid body.
 #[derive(Clone, Debug)]
@@ -150,7 +153,7 @@ impl SolidBody {
         let dx = body.grid.spacing;
         let is_remeshed = setup.remesh.trigger != RemeshTrigger::Never;
         let (undeformed, lattice_particles) = Undeformed::new(shape, &body, is_remeshed);
-        let notes = left_out(&body, shape);
+        let notes = left_out(&body, shape).into_iter().chain(in_millimetres(setup));
         let kept_surface = match shape.dimension() {
             2 => Some(Arc::new(rim(shape.surface(), dx))),
             _ => body.kept_surface.take().map(Arc::new),
@@ -219,7 +222,7 @@ impl SolidBody {
             volume: lattice_particles.volume.iter().sum(),
             shape_volume: shape.volume(),
             load: solid.loads.iter().map(NodalLoad::total).sum(),
-            notes: notes.into_iter().chain(pace.notes).collect(),
+            notes: notes.chain(pace.notes).collect(),
         };
 
         let mut particles = Particles::new(n);
@@ -591,6 +594,17 @@ fn left_out(body: &Body, shape: &dyn Shape) -> Option<String> {
         format!(
             "{share:.1} % of the body's volume is left out: on the lattice these pieces do not hang together with \
              the largest one; a smaller spacing may join them"
+        )
+    })
+}
+
+/// That a body is so large that its coordinates must be millimetres.
+fn in_millimetres(setup: &Setup<SolidSetup>) -> Option<String> {
+    let size = setup.shape.bounds().size().max();
+    (setup.units == Units::Si && size > LARGEST_TISSUE).then(|| {
+        format!(
+            "the body is {size:.1} m long, and no tissue is: if the coordinates of its file are millimetres, give the mesh \
+             `scale = 0.001`"
         )
     })
 }

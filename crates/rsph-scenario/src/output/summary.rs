@@ -329,7 +329,7 @@ impl Summary {
             remesh: outcome.remesh.as_ref().map(Remeshing::from),
             repair: info.repair.as_ref().map(RepairSummary::from),
             frames,
-            notes: d.notes.clone(),
+            notes: d.notes.iter().chain(&outcome.notes).cloned().collect(),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::Progress;
 use rsph_core::error::InvalidInput;
-use rsph_core::simulation::Simulation;
+use rsph_core::simulation::{Extremes, Simulation};
 use rsph_core::state::State;
 use std::time::Instant;
 
@@ -22,6 +22,8 @@ pub(super) struct Accounting {
     pub last_sample: Option<u64>,
     /// Steps at the last frame.
     pub last_frame: Option<u64>,
+    /// Largest strain, turn and displacement in the frames.
+    pub extremes: Extremes,
     /// Wall time before this program took over (s).
     wall_before: f64,
     wall: Instant,
@@ -38,6 +40,7 @@ impl Accounting {
             done: 0,
             last_sample: None,
             last_frame: None,
+            extremes: Extremes::default(),
             wall_before: 0.0,
             wall: Instant::now(),
             before: [0, 0],
@@ -55,6 +58,7 @@ impl Accounting {
         let step = |last: Option<u64>| last.map_or(-1, |step| step as i64);
         let counts = [self.stride as i64, self.done as i64, step(self.last_sample), step(self.last_frame)];
         state.put_whole("run/counts", counts);
+        state.put("run/extremes", self.extremes.to_numbers());
     }
 
     /// Takes everything back from `state`; that of `s` is already restored.
@@ -68,6 +72,9 @@ impl Accounting {
         self.stride = step(counts[0]).unwrap_or(1).max(1);
         self.done = step(counts[1]).unwrap_or(0);
         (self.last_sample, self.last_frame) = (step(counts[2]), step(counts[3]));
+        if state.has("run/extremes") {
+            self.extremes = Extremes::from_numbers(&state.numbers("run/extremes")?);
+        }
         self.before = [s.step_count(), s.rhs_evaluations()];
         self.wall = Instant::now();
         Ok(())

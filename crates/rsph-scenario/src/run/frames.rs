@@ -154,6 +154,7 @@ impl Run<'_> {
             threads: rayon::current_num_threads(),
             remesh: s.remesh_log(),
             equilibrium: s.equilibrium(),
+            notes: s.beyond_the_law(&self.accounting.extremes).into_iter().collect(),
         };
         self.sink.take(Event::Finish(Box::new(outcome.clone())))?;
         self.observer.finished(&outcome);
@@ -216,6 +217,9 @@ fn frame(sink: &mut dyn RunSink, accounting: &mut Accounting, s: &mut Simulation
         return Ok(());
     }
     s.rest();
+    if let Some(extremes) = s.extremes() {
+        accounting.extremes = accounting.extremes.with(&extremes);
+    }
     let snapshot = s.snapshot();
     let surface = s.surface(&snapshot);
     sink.take(Event::Frame(Box::new((snapshot, surface, s.conservation()))))

@@ -201,5 +201,6 @@ pub fn outcome(status: Status) -> Outcome {
         threads: 2,
         remesh: None,
         equilibrium: None,
+        notes: Vec::new(),
     }
 }

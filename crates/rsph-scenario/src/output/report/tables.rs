@@ -15,9 +15,13 @@ fn quantity(info: &RunInfo, x: f64, si: &str) -> String {
     }
 }
 
-/// What to know first if the run did not reach its end.
+/// What to know first: that the run did not reach its end, or that its results can not be trusted.
 pub fn banner(outcome: &Outcome, info: &RunInfo) -> String {
-    match &outcome.status {
+    let doubt = |note: &String| {
+        format!("<div class=\"banner\"><strong>Do not trust this far:</strong> {}</div>", escape(note))
+    };
+    let doubts: String = outcome.notes.iter().map(doubt).collect();
+    let end = match &outcome.status {
         Status::Finished => String::new(),
         Status::Interrupted => format!(
             "<div class=\"banner\"><strong>The run was interrupted</strong> at t = {} (step {}). \
@@ -40,7 +44,8 @@ pub fn banner(outcome: &Outcome, info: &RunInfo) -> String {
                 escape(&f.remedy)
             )
         }
-    }
+    };
+    end + &doubts
 }
 
 /// One line under the title.
