@@ -51,7 +51,7 @@ class Parameter(NamedTuple):
     """What it is."""
     default: float | None
     """Value if it is left out; None: there is none."""
-    count: tuple[int, int]
+    numbers: tuple[int, int]
     """Fewest and most numbers that it takes; 0: it may be left out."""
 
 

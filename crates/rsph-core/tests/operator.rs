@@ -110,16 +110,14 @@ fn held_ball(smoothing: f64) -> TestBody {
 #[test]
 fn stiffness_is_symmetric() {
     let corner = [roller(Axis::X), roller(Axis::Y), roller(Axis::Z)];
-    for mut body in [
-        ball(1.25),
-        ball(0.8),
-        held_ball(0.8),
-        held_ball(1.25),
+    let balls = [ball(1.25), ball(0.8), held_ball(0.8), held_ball(1.25)];
+    let cubes = [
         clamped_cube(7, 1.25, 0.3),
         clamped_cube(6, 0.8, 0.45),
         held_cube(5, 1.25, 0.3, &corner),
         held_cube(5, 0.8, 0.499, &corner),
-    ] {
+    ];
+    for mut body in balls.into_iter().chain(cubes) {
         let n = 3 * body.positions.len();
         let mut noise = Noise(7);
         let (x, y) = (noise.column(n), noise.column(n));

@@ -18,30 +18,35 @@ const HEIGHT: f64 = 6.0;
 const TWIST: f64 = 105.0;
 const BEND: f64 = 10.0;
 
+/// A column, where its displacement is compared, and with what.
+struct Column {
+    name: &'static str,
+    /// At the start.
+    velocity: fn(&Vec3) -> Vec3,
+    place: Vec3,
+    reference: &'static str,
+}
+
 /// Displacement of the column's top in time, against column_twist.csv and column_bend.csv; bounds of our own.
 pub(super) fn column(quick: bool) -> Result<Vec<Row>, String> {
-    let twist = |x: &Vec3| (TWIST * (FRAC_PI_2 * x.z / HEIGHT).sin()) * Vec3::new(x.y, -x.x, 0.0);
-    let bend = |x: &Vec3| (BEND * x.z / HEIGHT) * Vec3::x();
     let mut rows = Vec::new();
     for (across, percent) in [(6, 5.0), (12, 2.0)] {
         if quick && across > 6 {
             continue;
         }
-        let cases: [(&str, fn(&Vec3) -> Vec3, Vec3, &str); 2] = [
-            (
-                "twisted",
-                twist,
-                Vec3::new(0.25, 0.0, HEIGHT),
-                include_str!("../../../../validation/large_strain/column_twist.csv"),
-            ),
-            (
-                "bending",
-                bend,
-                Vec3::new(0.0, 0.0, HEIGHT),
-                include_str!("../../../../validation/large_strain/column_bend.csv"),
-            ),
-        ];
-        for (name, velocity, place, reference) in cases {
+        let twisted = Column {
+            name: "twisted",
+            velocity: |x| (TWIST * (FRAC_PI_2 * x.z / HEIGHT).sin()) * Vec3::new(x.y, -x.x, 0.0),
+            place: Vec3::new(0.25, 0.0, HEIGHT),
+            reference: include_str!("../../../../validation/large_strain/column_twist.csv"),
+        };
+        let bending = Column {
+            name: "bending",
+            velocity: |x| (BEND * x.z / HEIGHT) * Vec3::x(),
+            place: Vec3::new(0.0, 0.0, HEIGHT),
+            reference: include_str!("../../../../validation/large_strain/column_bend.csv"),
+        };
+        for Column { name, velocity, place, reference } in [twisted, bending] {
             let name = format!("finite strain: {name} column, {across} across, displacement in time");
             let mut body = body(across, velocity, place).map_err(|e| format!("{name}: {e}"))?;
             let (mut off, mut size) = (0.0, 0.0);
