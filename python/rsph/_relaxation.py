@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 import warnings
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -113,12 +114,6 @@ def from_relaxation(
         InputError: numbers that are no measurement, or too few of them.
         Error: no fit was found, or SciPy is not installed.
     """
-    try:
-        from scipy import optimize, stats
-    except ImportError as e:
-        raise Error("this needs SciPy; install it with `pip install rsph[fit]`") from e
-    from rsph.materials import KelvinVoigt
-
     times, moduli = _measured(t, E_t, 2 * terms + 2)
     if not 0.0 < confidence < 1.0:
         raise InputError(
@@ -127,26 +122,61 @@ def from_relaxation(
             value=str(confidence),
             remedy="0.95 is usual",
         )
-    # In units of the data, so that one tolerance fits all; logarithms keep times positive.
+    noise = None if sigma is None else _noise(sigma, times.shape)
+    series = _fit(times, moduli, noise, terms)
+    material = _material(series, times, density, poisson_ratio)
+    return _with_errors(series, times, moduli, noise is not None, confidence, material)
+
+
+class _Series(NamedTuple):
+    """A fitted Prony series."""
+
+    limit: float
+    amplitudes: Array
+    times: Array
+    covariance: Array
+    """Of the limit, E_1, T_1, E_2, ..."""
+
+    @property
+    def mean_time(self) -> float:
+        """sum E_i T_i / sum E_i."""
+        return float(self.amplitudes @ self.times / self.amplitudes.sum())
+
+    @property
+    def limit_error(self) -> float:
+        """Standard error of the limit."""
+        return float(np.sqrt(self.covariance[0, 0]))
+
+    @property
+    def mean_time_error(self) -> float:
+        """Standard error of the mean time."""
+        total, slope = self.amplitudes.sum(), np.zeros(len(self.covariance))
+        slope[1::2] = (self.times - self.mean_time) / total
+        slope[2::2] = self.amplitudes / total
+        return float(np.sqrt(slope @ self.covariance @ slope))
+
+
+def _fit(times: Array, moduli: Array, noise: Array | None, terms: int) -> _Series:
+    """The series by least squares, in units of the data so that one tolerance fits all."""
+    optimize = _scipy("optimize")
     span, size = times[-1] - times[0], float(np.abs(moduli).max())
     x, y = times / span, moduli / size
-    start = _start(x, y, terms)
 
     def fitted(x: Array, *p: float) -> Array:
+        # Logarithms keep times positive.
         return _prony(x, p[0], np.array(p[1::2]), np.exp(np.array(p[2::2])))
 
-    noise = None
-    if sigma is not None:
-        noise = np.broadcast_to(np.asarray(sigma, dtype=np.float64), y.shape) / size
-        if not (np.isfinite(noise).all() and (noise > 0.0).all()):
-            raise InputError(
-                "`sigma`: must be positive", key="sigma", remedy="leave it out if it is not known"
-            )
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", optimize.OptimizeWarning)
             best, scaled = optimize.curve_fit(
-                fitted, x, y, start, sigma=noise, absolute_sigma=noise is not None, maxfev=20000
+                fitted,
+                x,
+                y,
+                _start(x, y, terms),
+                sigma=None if noise is None else noise / size,
+                absolute_sigma=noise is not None,
+                maxfev=20000,
             )
     except RuntimeError as e:
         raise Error(f"no Prony series of {terms} terms fits this relaxation: {e}") from e
@@ -156,52 +186,83 @@ def from_relaxation(
     picked = np.concatenate([[0], np.ravel([(1 + 2 * k, 2 + 2 * k) for k in order])])
     scale = np.concatenate([[size], np.ravel([(size, T) for T in tau])])
     covariance = scaled[np.ix_(picked, picked)] * np.outer(scale, scale)
-    modulus = float(best[0] * size)
-    total = float(amplitudes.sum())
-    mean = float(amplitudes @ tau) / total
-    slope = np.zeros(len(covariance))
-    slope[1::2], slope[2::2] = (tau - mean) / total, amplitudes / total
-    modulus_error = float(np.sqrt(covariance[0, 0]))
-    time_error = float(np.sqrt(slope @ covariance @ slope))
-    seen = times[-1] > _LONG_ENOUGH * tau.max()
-    if not (np.isfinite(covariance).all() and modulus_error < _UNSURE * modulus and seen):
+    return _Series(float(best[0] * size), amplitudes, tau, covariance)
+
+
+def _material(series: _Series, times: Array, density: float, poisson_ratio: float) -> KelvinVoigt:
+    """The Kelvin-Voigt solid with its limit and mean time; warns of too short a measurement."""
+    from rsph.materials import KelvinVoigt
+
+    limit, error = series.limit, series.limit_error
+    seen = times[-1] > _LONG_ENOUGH * series.times.max()
+    if not (np.isfinite(series.covariance).all() and error < _UNSURE * limit and seen):
         warnings.warn(
-            f"the limit of the modulus is not known well, {modulus:.3g} +- {modulus_error:.2g}: "
+            f"the limit of the modulus is not known well, {limit:.3g} +- {error:.2g}: "
             "the measurement is too short, or has more terms than it can tell apart",
             RsphWarning,
-            stacklevel=2,
+            stacklevel=3,
         )
-    if not modulus > 0.0:
+    if not limit > 0.0:
         raise Error(
-            f"the modulus falls to {modulus:.3g} Pa: the measurement is too short to tell its limit"
+            f"the modulus falls to {limit:.3g} Pa: the measurement is too short to tell its limit"
         )
-    freedom = len(x) - len(best)
-    known = noise is not None
-    noise_like = stats.norm() if known else stats.t(freedom)
+    return KelvinVoigt(
+        density=density,
+        young_modulus=limit,
+        poisson_ratio=poisson_ratio,
+        relaxation_time=series.mean_time,
+    )
+
+
+def _with_errors(
+    series: _Series,
+    times: Array,
+    moduli: Array,
+    is_noise_known: bool,
+    confidence: float,
+    material: KelvinVoigt,
+) -> Relaxation:
+    """The series with its standard errors and confidence intervals."""
+    stats = _scipy("stats")
+    freedom = len(times) - len(series.covariance)
+    noise_like = stats.norm() if is_noise_known else stats.t(freedom)
     width = float(noise_like.ppf(0.5 + 0.5 * confidence))
+    limit, error, mean = series.limit, series.limit_error, series.mean_time
     # The logarithm of a time is nearer to normal than the time.
-    spread = np.exp(width * time_error / mean)
-    left = moduli - fitted(x, *best) * size
+    spread = np.exp(width * series.mean_time_error / mean)
+    left = moduli - _prony(times, limit, series.amplitudes, series.times)
     return Relaxation(
-        young_modulus=modulus,
-        young_modulus_error=modulus_error,
-        young_modulus_interval=modulus + width * modulus_error * np.array([-1.0, 1.0]),
+        young_modulus=limit,
+        young_modulus_error=error,
+        young_modulus_interval=limit + width * error * np.array([-1.0, 1.0]),
         relaxation_time=mean,
-        relaxation_time_error=time_error,
+        relaxation_time_error=series.mean_time_error,
         relaxation_time_interval=np.array([mean / spread, mean * spread]),
-        viscous_time=float(amplitudes @ tau) / modulus,
-        amplitudes=amplitudes,
-        times=tau,
-        covariance=covariance,
+        viscous_time=float(series.amplitudes @ series.times) / limit,
+        amplitudes=series.amplitudes,
+        times=series.times,
+        covariance=series.covariance,
         residual=float(np.sqrt(np.mean(left**2))),
         confidence=confidence,
-        material=KelvinVoigt(
-            density=density,
-            young_modulus=modulus,
-            poisson_ratio=poisson_ratio,
-            relaxation_time=mean,
-        ),
+        material=material,
     )
+
+
+def _scipy(module: str) -> Any:
+    try:
+        return importlib.import_module(f"scipy.{module}")
+    except ImportError as e:
+        raise Error("this needs SciPy; install it with `pip install rsph[fit]`") from e
+
+
+def _noise(sigma: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
+    """The standard deviation of the noise at each time."""
+    noise = np.broadcast_to(np.asarray(sigma, dtype=np.float64), shape)
+    if not (np.isfinite(noise).all() and (noise > 0.0).all()):
+        raise InputError(
+            "`sigma`: must be positive", key="sigma", remedy="leave it out if it is not known"
+        )
+    return noise
 
 
 def _measured(t: npt.ArrayLike, modulus: npt.ArrayLike, fewest: int) -> tuple[Array, Array]:

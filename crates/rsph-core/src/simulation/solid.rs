@@ -13,7 +13,7 @@ use super::balance::{momentum, total_mass};
 use super::checks;
 use super::model::{Model, Moment, Parts};
 use super::remeshing::RemeshOutcome;
-use super::time_step::choose_pace;
+use super::time_step::{Pace, choose_pace};
 use crate::boundary::constraints::Constraints;
 use crate::boundary::fold::Folds;
 use crate::boundary::nodal_load::NodalLoad;
@@ -31,7 +31,7 @@ use crate::sample::{Body, sample};
 use crate::setup::{Formulation, Load, Probe, RemeshTrigger, Setup, SolidSetup, Units, VectorField};
 use crate::shape::Shape;
 use crate::snapshot::Snapshot;
-use crate::stability::step_limit;
+use crate::stability::{StepLimit, step_limit};
 use crate::state::State;
 use crate::surface::Surface;
 use crate::tensor::{Mat3, Vec3};
@@ -160,8 +160,6 @@ impl SolidBody {
         };
         let Body { level_set, surface: zero_surface, cells, fraction, volume, .. } = body;
         drop((cells, fraction, volume));
-        let n = lattice_particles.len();
-
         let positions = lattice_particles.positions();
         let surface = kept_surface.as_deref().unwrap_or_else(|| shape.surface());
         let held = if is_paper {
@@ -207,37 +205,8 @@ impl SolidBody {
         }
         let limit = step_limit(&mut solid);
         let pace = choose_pace(setup, &*setup.mechanics.material, &limit, !is_paper)?;
-        let description = Description {
-            particles: n,
-            spacing: dx,
-            smoothing_length: solid.lattice.smoothing_length,
-            neighbours: solid.lattice.neighbours.len(),
-            scheme: pace.scheme,
-            scheme_reason: pace.reason,
-            dt: pace.dt,
-            shortest_step: pace.adaptive,
-            fastest_decay: setup.mechanics.material.relaxation_time() * limit.kappa,
-            dt_limit: limit.dt,
-            limited_by_viscosity: limit.viscous,
-            volume: lattice_particles.volume.iter().sum(),
-            shape_volume: shape.volume(),
-            load: solid.loads.iter().map(NodalLoad::total).sum(),
-            notes: notes.chain(pace.notes).collect(),
-        };
-
-        let mut particles = Particles::new(n);
-        particles.set(Field::Reference, lattice_particles.reference.clone());
-        let at = |f: &VectorField| Column::from_vectors(&f.at_all(&positions));
-        particles.set(Field::Displacement, at(&setup.initial.displacement));
-        particles.set(Field::Velocity, at(&setup.initial.velocity));
-        particles.set(Field::Mass, Column::shared(Arc::clone(&solid.mass), n));
-        particles.set(Field::Volume, Column::shared(Arc::clone(&lattice_particles.volume), n));
-        particles.set(Field::LevelSet, Column::from_vec(level_set, n));
-        if is_paper {
-            let strain = solid.strain(0.0, particles.column(Field::Displacement).values());
-            particles.set(Field::Strain, Column::from_vec(strain, n));
-            particles.set(Field::Density, Column::from_vec(vec![setup.mechanics.material.density(); n], n));
-        }
+        let description = described(setup, (&solid, &lattice_particles.volume), &limit, pace, notes);
+        let particles = starting_particles(setup, &lattice_particles, &mut solid, level_set);
         let mut matter = Matter::new(setup, solid);
         let reference = particles.column(Field::Reference).share();
         let model = Box::new(Self {
@@ -570,6 +539,57 @@ fn restore_spin(wanted: Vec3, particles: &mut Particles) {
             (0..3).for_each(|i| velocity[i * n + a] += turn[i]);
         }
     }
+}
+
+/// What is known of the body before its first step.
+fn described(
+    setup: &Setup<SolidSetup>,
+    (solid, volume): (&Solid, &[f64]),
+    limit: &StepLimit,
+    pace: Pace,
+    notes: impl Iterator<Item = String>,
+) -> Description {
+    Description {
+        particles: solid.mass.len(),
+        spacing: solid.lattice.spacing,
+        smoothing_length: solid.lattice.smoothing_length,
+        neighbours: solid.lattice.neighbours.len(),
+        scheme: pace.scheme,
+        scheme_reason: pace.reason,
+        dt: pace.dt,
+        shortest_step: pace.adaptive,
+        fastest_decay: setup.mechanics.material.relaxation_time() * limit.kappa,
+        dt_limit: limit.dt,
+        limited_by_viscosity: limit.viscous,
+        volume: volume.iter().sum(),
+        shape_volume: setup.shape.volume(),
+        load: solid.loads.iter().map(NodalLoad::total).sum(),
+        notes: notes.chain(pace.notes).collect(),
+    }
+}
+
+/// The particles of `solid` as the simulation starts.
+fn starting_particles(
+    setup: &Setup<SolidSetup>,
+    lattice_particles: &LatticeParticles,
+    solid: &mut Solid,
+    level_set: Vec<f64>,
+) -> Particles {
+    let (n, positions) = (lattice_particles.len(), lattice_particles.positions());
+    let mut particles = Particles::new(n);
+    particles.set(Field::Reference, lattice_particles.reference.clone());
+    let at = |f: &VectorField| Column::from_vectors(&f.at_all(&positions));
+    particles.set(Field::Displacement, at(&setup.initial.displacement));
+    particles.set(Field::Velocity, at(&setup.initial.velocity));
+    particles.set(Field::Mass, Column::shared(Arc::clone(&solid.mass), n));
+    particles.set(Field::Volume, Column::shared(Arc::clone(&lattice_particles.volume), n));
+    particles.set(Field::LevelSet, Column::from_vec(level_set, n));
+    if setup.solver.formulation == Formulation::Paper {
+        let strain = solid.strain(0.0, particles.column(Field::Displacement).values());
+        particles.set(Field::Strain, Column::from_vec(strain, n));
+        particles.set(Field::Density, Column::from_vec(vec![setup.mechanics.material.density(); n], n));
+    }
+    particles
 }
 
 /// A remeshing that failed, as the end of a simulation.

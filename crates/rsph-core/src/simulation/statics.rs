@@ -1,6 +1,9 @@
 //! Straight to equilibrium.
 
 use super::Simulation;
+use super::model::Moment;
+use crate::dynamics::solid::Solid;
+use crate::dynamics::{Dynamics, ForceSums};
 use crate::error::{Failure, FailureKind};
 use crate::particles::{Column, Field};
 use crate::solve::newton::Newton;
@@ -41,82 +44,26 @@ impl Simulation {
         t: f64,
         watch: &mut dyn FnMut(usize, f64) -> bool,
     ) -> Result<Equilibrium, Failure> {
-        let (time, step) = (self.time, self.steps);
-        let fail = |what: String, place: Option<Vec3>, remedy: &str| Failure {
-            kind: FailureKind::NotConverged,
-            time,
-            step,
-            what,
-            place,
-            remedy: remedy.into(),
-        };
-        let dynamics = self.model.dynamics_mut();
-        let Some(solid) = dynamics.solid() else {
-            return Err(fail(
-                "this body has no stiffness: an equilibrium needs the adjoint formulation of a solid".into(),
-                None,
-                "set `solver.formulation = \"adjoint\"` and leave `dynamics.kind` at \"solid\"",
-            ));
-        };
-        if let Some(piece) = loose_pieces(solid).first() {
-            return Err(fail(
-                describe(piece),
-                Some(piece.centre),
-                "hold more of it: a clamp on a face or a region holds everything, `fix` some components",
-            ));
-        }
+        let moment = Moment { time: self.time, step: self.steps };
+        let solid = held_solid(self.model.dynamics_mut(), moment)?;
         let n = self.particles.len();
         let start = [Field::Displacement, Field::Velocity].map(|f| self.particles.column(f).clone());
         let mut u = start[0].values().to_vec();
         let mut newton = Newton::new(solid, t);
         let ended = newton.solve(TOLERANCE, &mut u, watch);
-        let residual = newton.residual_at(1.0, &u) / newton.reference;
-        let load = newton.solid.load_at(t);
-        let found = Equilibrium {
-            iterations: newton.iterations,
-            steps: newton.steps,
-            applications: newton.solver.applications(),
-            residual: if newton.reference > 0.0 { residual } else { 0.0 },
-            compliance: load.iter().zip(&u).map(|(f, u)| f * u).sum(),
-            ..Equilibrium::default()
-        };
-        let sums = newton.solid.sums_at_rest(&load, &newton.force);
-        let found = Equilibrium { load: sums.load, reaction: sums.reaction, ..found };
+        let (found, sums) = reached(&mut newton, &u);
         let mut trouble = ended.err().map(|_| {
-            fail(
-                format!(
-                    "no equilibrium after {} iterations: {:.1e} of the load is out of balance; {}",
-                    found.iterations,
-                    found.residual,
-                    if newton.solid.is_linear() {
-                        "some part hangs by a piece too thin for the spacing"
-                    } else {
-                        "the body gives way under the loads, or some part hangs by a piece too thin for the spacing"
-                    }
-                ),
-                newton.moves_most().map(|a| self.particles.column(Field::Reference).vector(a)),
-                "choose a smaller spacing, smaller loads, or hold that part, which moves most",
-            )
+            let place = newton.moves_most().map(|a| self.particles.column(Field::Reference).vector(a));
+            not_converged(&found, newton.solid.is_linear(), place, moment)
         });
         let is_linear = newton.solid.is_linear();
         self.particles.set(Field::Displacement, Column::from_vec(u, n));
         self.particles.set(Field::Velocity, Column::zeros(3, n));
-        if trouble.is_none()
-            && let Some((a, jacobian)) =
-                self.model.dynamics_mut().smallest_jacobian(t, &self.particles).filter(|j| j.1 <= 0.0)
-        {
-            trouble = Some(Failure {
-                kind: FailureKind::Inverted,
-                ..fail(
-                    format!("at rest a particle would be turned inside out (det F = {jacobian:.3} <= 0)"),
-                    Some(self.particles.column(Field::Reference).vector(a)),
-                    if is_linear {
-                        "the loads are too much for this stiffness at small strain: lower them, take a stiffer material, or a \
-                         law for any strain such as \"neo-hookean\""
-                    } else {
-                        "lower the loads, or take a stiffer material"
-                    },
-                )
+        if trouble.is_none() {
+            let smallest = self.model.dynamics_mut().smallest_jacobian(t, &self.particles);
+            trouble = smallest.filter(|j| j.1 <= 0.0).map(|(a, jacobian)| {
+                let place = self.particles.column(Field::Reference).vector(a);
+                inverted_at_rest(jacobian, is_linear, place, moment)
             });
         }
         self.evaluations += found.applications + 1;
@@ -140,6 +87,82 @@ impl Simulation {
     pub fn equilibrium(&self) -> Option<Equilibrium> {
         self.equilibrium
     }
+}
+
+/// The solid that can be brought to rest.
+///
+/// # Errors
+/// A body without stiffness, or one of which a piece is loose.
+fn held_solid(dynamics: &mut dyn Dynamics, moment: Moment) -> Result<&mut Solid, Failure> {
+    let Some(solid) = dynamics.solid() else {
+        return Err(fail(
+            moment,
+            "this body has no stiffness: an equilibrium needs the adjoint formulation of a solid".into(),
+            None,
+            "set `solver.formulation = \"adjoint\"` and leave `dynamics.kind` at \"solid\"",
+        ));
+    };
+    if let Some(piece) = loose_pieces(solid).first() {
+        return Err(fail(
+            moment,
+            describe(piece),
+            Some(piece.centre),
+            "hold more of it: a clamp on a face or a region holds everything, `fix` some components",
+        ));
+    }
+    Ok(solid)
+}
+
+/// What the method has reached with the displacement u, and what acts on the body there.
+fn reached(newton: &mut Newton<'_>, u: &[f64]) -> (Equilibrium, ForceSums) {
+    let residual = newton.residual_at(1.0, u) / newton.reference;
+    let load = newton.solid.load_at(newton.t);
+    let sums = newton.solid.sums_at_rest(&load, &newton.force);
+    let found = Equilibrium {
+        iterations: newton.iterations,
+        steps: newton.steps,
+        applications: newton.solver.applications(),
+        residual: if newton.reference > 0.0 { residual } else { 0.0 },
+        compliance: load.iter().zip(u).map(|(f, u)| f * u).sum(),
+        load: sums.load,
+        reaction: sums.reaction,
+    };
+    (found, sums)
+}
+
+/// A solve without end, in words.
+fn not_converged(found: &Equilibrium, is_linear: bool, place: Option<Vec3>, moment: Moment) -> Failure {
+    let why = if is_linear {
+        "some part hangs by a piece too thin for the spacing"
+    } else {
+        "the body gives way under the loads, or some part hangs by a piece too thin for the spacing"
+    };
+    let Equilibrium { iterations, residual, .. } = found;
+    fail(
+        moment,
+        format!(
+            "no equilibrium after {iterations} iterations: {residual:.1e} of the load is out of balance; {why}"
+        ),
+        place,
+        "choose a smaller spacing, smaller loads, or hold that part, which moves most",
+    )
+}
+
+/// An equilibrium with a particle inside out, in words.
+fn inverted_at_rest(jacobian: f64, is_linear: bool, place: Vec3, moment: Moment) -> Failure {
+    let remedy = if is_linear {
+        "the loads are too much for this stiffness at small strain: lower them, take a stiffer material, or a \
+         law for any strain such as \"neo-hookean\""
+    } else {
+        "lower the loads, or take a stiffer material"
+    };
+    let what = format!("at rest a particle would be turned inside out (det F = {jacobian:.3} <= 0)");
+    Failure { kind: FailureKind::Inverted, ..fail(moment, what, Some(place), remedy) }
+}
+
+fn fail(moment: Moment, what: String, place: Option<Vec3>, remedy: &str) -> Failure {
+    let Moment { time, step } = moment;
+    Failure { kind: FailureKind::NotConverged, time, step, what, place, remedy: remedy.into() }
 }
 
 /// What is loose, in words.
