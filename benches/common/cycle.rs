@@ -35,7 +35,7 @@ impl Cycle {
         let body = sample(&cube, Resolution::Spacing(spacing), &[]).expect("whole cells");
         let positions: Vec<Vec3> = body.cells.iter().map(|c| body.grid.centre(*c)).collect();
         let region = Region::Plane { axis: Axis::Z, at: 0.0, side: Side::Below };
-        let clamp = Boundary { region, fix: Fix::ALL, motion: None };
+        let clamp = Boundary { name: None, region, fix: Fix::ALL, motion: None };
         let constraints =
             Constraints::new(&[clamp], cube.surface(), &positions, spacing).expect("a clamped face");
         let lattice = Lattice::new(&body.grid, &body.cells, 0.8, 3);

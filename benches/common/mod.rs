@@ -45,7 +45,12 @@ fn cube_of(n: usize, solver: Solver, material: Arc<dyn Material>, remesh: Remesh
             Resolution::Spacing(1.0 / n as f64),
             SolidSetup {
                 material,
-                boundaries: vec![Boundary { region: face(0.0, Side::Below), fix: Fix::ALL, motion: None }],
+                boundaries: vec![Boundary {
+                    name: None,
+                    region: face(0.0, Side::Below),
+                    fix: Fix::ALL,
+                    motion: None,
+                }],
                 loads: vec![Load {
                     kind: LoadKind::Traction { region: face(1.0, Side::Above), traction: Vec3::z() },
                     ramp: Ramp::default(),

@@ -24,16 +24,20 @@ class Boundary:
             holds the particles in it or, if there are none, the part of the surface in it.
         fix: the components held, all of them by default. ``["normal"]`` holds the one along the
             normal of the surface: a roller or a plane of symmetry.
+        name: what the force on the body that it carries is called: probes and histories get
+            ``<name>_force_x``, ``_y`` and ``_z`` (N).
     """
 
     region: Region
     fix: Sequence[Component] = ("x", "y", "z")
+    name: str | None = None
 
     def __post_init__(self) -> None:
         check("boundary", boundary=[self._as_table()])
 
     def _as_table(self) -> Table:
-        return {"region": self.region._table, "fix": list(self.fix)}
+        table: Table = {"region": self.region._table, "fix": list(self.fix)}
+        return table if self.name is None else table | {"name": self.name}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +47,7 @@ class Clamp(Boundary):
     >>> import rsph
     >>> floor = rsph.regions.plane(axis="z", at=0.0, side="below")
     >>> Clamp(region=floor, fix=["z"])
-    Clamp(region=regions.plane(axis='z', at=0.0, side='below'), fix=['z'])
+    Clamp(region=regions.plane(axis='z', at=0.0, side='below'), fix=['z'], name=None)
     """
 
     def _as_table(self) -> Table:

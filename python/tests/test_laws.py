@@ -115,3 +115,30 @@ def test_a_law_without_its_volume_is_refused():
             fibre=(0, 0, 0),
             poisson_ratio=0.4,
         )
+
+
+def test_a_named_boundary_tells_its_force():
+    """A bar with nu = 0, E A d / L = 1 N; validation of the case reaction-per-boundary."""
+    lower, upper = (
+        rsph.regions.plane(axis="z", at=0.0, side="below"),
+        rsph.regions.plane(axis="z", at=0.1, side="above"),
+    )
+    sim = rsph.Simulation(
+        shape=rsph.shapes.Box(size=(0.1, 0.1, 0.1)),
+        spacing=0.0125,
+        material=rsph.materials.KelvinVoigt(
+            density=1000.0, young_modulus=1e4, poisson_ratio=0.0, relaxation_time=0.2
+        ),
+        boundaries=[
+            rsph.boundaries.Clamp(region=lower, name="lower"),
+            rsph.boundaries.Prescribed(
+                region=upper,
+                motion=rsph.boundaries.RampTo(displacement=(0, 0, 0.001), end=1.0),
+                name="upper",
+            ),
+        ],
+    )
+    sim.solve_static(time=1.0)
+    forces = sim.probes()
+    assert forces["upper_force_z"] == pytest.approx(1.0, rel=1e-6)
+    assert forces["lower_force_z"] == pytest.approx(-1.0, rel=1e-6)

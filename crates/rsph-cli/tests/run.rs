@@ -347,3 +347,40 @@ fn particles_that_leave_are_followed_until_no_lattice_holds_them() {
     assert_eq!(done.code, Some(3), "{}", done.err);
     assert!(done.err.contains("no lattice reaches"), "{}", done.err);
 }
+
+/// A bar of 0.1 m with nu = 0 whose top moves by 1 mm: E A d / L = 1 N on each grip.
+const GRIPS: &str = r#"
+    units = "SI"
+    solver = { mode = "static", steps = 2 }
+    time = { until = 0.5 }
+    material = { model = "kelvin-voigt", density = 1000.0, young_modulus = 1e4, poisson_ratio = 0.0, relaxation_time = 0.2 }
+    body = { shape = { box = { size = [0.1, 0.1, 0.1] } }, spacing = 0.0125 }
+    [[boundary]]
+    name = "lower"
+    kind = "clamp"
+    region = { plane = { axis = "z", at = 0.0, side = "below" } }
+    [[boundary]]
+    name = "upper"
+    kind = "prescribed"
+    region = { plane = { axis = "z", at = 0.1, side = "above" } }
+    motion = { ramp = { displacement = [0.0, 0.0, 0.001], from = 0.0, to = 0.5 } }
+"#;
+
+#[test]
+fn the_force_of_each_grip_is_read_in_time() {
+    let bench = Bench::new();
+    std::fs::write(bench.path("grips.toml"), GRIPS).unwrap();
+    let done = bench.rsph(&["run", "grips.toml", "--output", "results"]);
+    assert_eq!(done.code, Some(0), "{}", done.err);
+    let csv = bench.path("results/probes.csv");
+    let header = std::fs::read_to_string(&csv).unwrap();
+    let header = header.lines().next().unwrap();
+    assert!(
+        header.contains("lower_force_z") && header.ends_with("upper_force_x,upper_force_y,upper_force_z")
+    );
+    for (row, force) in rows(&csv).iter().zip([0.0, 0.5, 1.0]) {
+        assert!((row[3] + force).abs() < 1e-6 && (row[6] - force).abs() < 1e-6, "{row:?}");
+    }
+    let twice = bench.rsph(&["run", "grips.toml", "--set", "boundary.1.name=lower", "--output", "no"]);
+    assert!(twice.code == Some(2) && twice.err.contains("lower_force_x"), "{}", twice.err);
+}

@@ -133,6 +133,8 @@ impl Fix {
 /// A part of the body that is held or moved.
 #[derive(Clone, Debug)]
 pub struct Boundary {
+    /// Under which name the force that it carries is read, `<name>_force_x` and so on; `None`: it is not.
+    pub name: Option<String>,
     /// Where. A half-space holds the face of the body on its plane; where it holds all components, or the normal one, a
     /// body that reaches beyond is cut there. A region that holds particles fixes them, any other one holds the part of the
     /// surface in it.
@@ -389,7 +391,7 @@ pub struct Probe {
 /// let mut setup = Setup::new(cube, Resolution::Particles(216), SolidSetup::new(material));
 /// setup.units = Units::Normalised;
 /// # let region = Region::Plane { axis: Axis::Z, at: 0.0, side: Side::Below };
-/// setup.mechanics.boundaries.push(Boundary { region, fix: Fix::ALL, motion: None });
+/// setup.mechanics.boundaries.push(Boundary { name: None, region, fix: Fix::ALL, motion: None });
 /// Simulation::new(setup)?.step()?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

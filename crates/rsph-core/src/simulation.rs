@@ -28,7 +28,7 @@ use crate::integrate::implicit::{self, Implicit};
 use crate::integrate::{Integrator, RungeKutta4};
 use crate::particles::{Field, Particles};
 use crate::pool::awake;
-use crate::setup::{Integration, Load, Mechanics, RemeshTrigger, Scheme, Setup, TimeStep};
+use crate::setup::{Integration, Load, Mechanics, Quantity, RemeshTrigger, Scheme, Setup, TimeStep};
 use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
 use crate::surface::Surface;
@@ -43,15 +43,24 @@ use solid::SolidBody;
 use time_step::choose_pace;
 
 /// Names and SI units of the readings that a kind of body adds to those of its probes, in order.
-pub fn own_readings(
-    mechanics: &Mechanics,
-    trigger: RemeshTrigger,
-) -> &'static [(&'static str, &'static str)] {
+pub fn own_readings(mechanics: &Mechanics, trigger: RemeshTrigger) -> Vec<(String, &'static str)> {
+    let volume = (VOLUME_INSIDE.to_owned(), "m^3");
     match mechanics {
-        Mechanics::Solid(_) if trigger == RemeshTrigger::Never => &[],
-        Mechanics::Solid(_) | Mechanics::Prescribed(_) => &[(VOLUME_INSIDE, "m^3")],
-        Mechanics::Interaction(_) => fsi_1d::READINGS,
+        Mechanics::Solid(solid) => {
+            let named = solid.boundaries.iter().filter_map(|boundary| boundary.name.as_deref());
+            let forces = named.flat_map(force_names).map(|name| (name, "N"));
+            forces.chain((trigger != RemeshTrigger::Never).then_some(volume)).collect()
+        }
+        Mechanics::Prescribed(_) => vec![volume],
+        Mechanics::Interaction(_) => {
+            fsi_1d::READINGS.iter().map(|(name, unit)| ((*name).to_owned(), *unit)).collect()
+        }
     }
+}
+
+/// Names of the components of the force that a boundary of that name carries.
+fn force_names(boundary: &str) -> [String; 3] {
+    Quantity::VECTOR.map(|component| format!("{boundary}_force_{component}"))
 }
 
 /// What is known of a simulation before its first step.
@@ -537,12 +546,33 @@ impl Simulation {
     /// The probes' readings of this moment, in order, and then those of [`own_readings`].
     pub fn readings(&mut self) -> Vec<Reading> {
         let mut readings = self.model.readings(&self.particles, self.time);
+        self.read_named_forces(&mut readings);
         if self.setup.solid().is_some() && self.remesh_log().is_some() {
             let now = Snapshot { time: self.time, step: self.steps, particles: self.particles.clone() };
             let value = self.model.surface(&now).mesh.volume();
             readings.push(Reading { name: VOLUME_INSIDE.into(), value });
         }
         readings
+    }
+
+    fn read_named_forces(&mut self, readings: &mut Vec<Reading>) {
+        let boundaries = self.setup.solid().map_or(&[][..], |solid| &solid.boundaries);
+        let names: Vec<Option<String>> = boundaries.iter().map(|b| b.name.clone()).collect();
+        if names.iter().all(Option::is_none) {
+            return;
+        }
+        for (name, force) in names.iter().zip(self.reactions()) {
+            let Some(name) = name else { continue };
+            let components = force_names(name).into_iter().zip(force.iter());
+            readings.extend(components.map(|(name, value)| Reading { name, value: *value }));
+        }
+    }
+
+    /// Force (N) of every boundary on the body at this moment, in the order of the set-up; nothing for a body without a stiffness.
+    pub fn reactions(&mut self) -> Vec<Vec3> {
+        let Some(solid) = self.model.dynamics_mut().solid() else { return Vec::new() };
+        let [u, v] = [Field::Displacement, Field::Velocity].map(|f| self.particles.column(f).values());
+        solid.reactions(self.time, u, v)
     }
 
     /// The conserved sums of this moment.

@@ -48,7 +48,12 @@ fn a_step_does_not_allocate() {
             Resolution::Particles(1000),
             SolidSetup {
                 material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap()),
-                boundaries: vec![Boundary { region: face(0.0, Side::Below), fix: Fix::ALL, motion: None }],
+                boundaries: vec![Boundary {
+                    name: None,
+                    region: face(0.0, Side::Below),
+                    fix: Fix::ALL,
+                    motion: None,
+                }],
                 loads: vec![Load {
                     kind: LoadKind::Traction { region: face(1.0, Side::Above), traction: Vec3::z() },
                     ramp: Ramp::default(),

@@ -48,7 +48,7 @@ fn cut_body(material: &Arc<dyn Material>, smoothing: f64, dimension: usize, reme
     let point = point(dimension);
     let shape = cut(&shape, &point, &normal, 1e-9).unwrap();
     let plane = Region::HalfSpace { point, normal: -normal };
-    let boundaries = [Boundary { region: plane, fix: Fix::ALL, motion: None }];
+    let boundaries = [Boundary { name: None, region: plane, fix: Fix::ALL, motion: None }];
     let spacing = Resolution::Spacing(if dimension == 2 { 0.1 } else { 0.15 });
     let moved = |x: &Vec3| bent(dimension, x);
     let moved = remeshed.then_some(&moved as &dyn Fn(&Vec3) -> Vec3);
@@ -62,7 +62,7 @@ fn folded_body(material: &Arc<dyn Material>, smoothing: f64, dimension: usize, r
         _ => Arc::new(BoxShape::new(Vec3::repeat(0.7), Vec3::zeros()).unwrap()),
     };
     let below = if dimension == 2 { Axis::Y } else { Axis::Z };
-    let hold = |axis, fix| Boundary { region: face(axis, 0.0, Side::Below), fix, motion: None };
+    let hold = |axis, fix| Boundary { name: None, region: face(axis, 0.0, Side::Below), fix, motion: None };
     let boundaries = [hold(below, Fix::ALL), hold(Axis::X, Fix::Normal)];
     let moved = |x: &Vec3| {
         let d = x[below as usize];

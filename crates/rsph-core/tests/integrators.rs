@@ -34,7 +34,12 @@ fn cube(scheme: Scheme, step: TimeStep) -> Setup<SolidSetup> {
             Resolution::Particles(343),
             SolidSetup {
                 material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.0, 0.2).unwrap()),
-                boundaries: vec![Boundary { region: plane(0.0, Side::Below), fix: Fix::ALL, motion: None }],
+                boundaries: vec![Boundary {
+                    name: None,
+                    region: plane(0.0, Side::Below),
+                    fix: Fix::ALL,
+                    motion: None,
+                }],
                 loads: vec![Load {
                     kind: LoadKind::Traction { region: plane(1.0, Side::Above), traction: Vec3::z() },
                     ramp: Ramp::default(),
@@ -201,7 +206,7 @@ fn dumbbell(neck: f64) -> Setup<SolidSetup> {
     setup.shape = Arc::new(shape);
     setup.resolution = Resolution::Spacing(0.1);
     setup.mechanics.boundaries =
-        vec![Boundary { region: plane(-0.4, Side::Below), fix: Fix::ALL, motion: None }];
+        vec![Boundary { name: None, region: plane(-0.4, Side::Below), fix: Fix::ALL, motion: None }];
     setup.mechanics.loads = vec![Load {
         kind: LoadKind::BodyForce { region: Region::All, acceleration: Vec3::new(0.1, 0.0, -0.3) },
         ramp: Ramp::default(),

@@ -68,7 +68,7 @@ fn translation_and_small_rotation_are_strain_and_force_free() {
 }
 
 fn roller(axis: Axis) -> Boundary {
-    Boundary { region: face(axis, 0.0, Side::Below), fix: Fix::Normal, motion: None }
+    Boundary { name: None, region: face(axis, 0.0, Side::Below), fix: Fix::Normal, motion: None }
 }
 
 #[test]
@@ -101,8 +101,8 @@ fn held_ball(smoothing: f64) -> TestBody {
     let plane = Region::HalfSpace { point, normal: -normal };
     let patch = Region::SurfacePatch { centre: Vec3::new(0.9, 0.8, 0.6), radius: 0.25, facing: Vec3::x() };
     let boundaries = [
-        Boundary { region: plane, fix: Fix::ALL, motion: None },
-        Boundary { region: patch, fix: Fix::Normal, motion: None },
+        Boundary { name: None, region: plane, fix: Fix::ALL, motion: None },
+        Boundary { name: None, region: patch, fix: Fix::Normal, motion: None },
     ];
     body(shape, Resolution::Spacing(0.1), smoothing, 1.0, 0.3, &boundaries)
 }
@@ -161,10 +161,10 @@ fn force_is_minus_the_derivative_of_the_energy() {
 fn the_power_of_moved_faces_is_the_rate_of_the_energy() {
     let displacement = Vec3::new(0.3, -0.2, 0.5);
     let motion = Some(Motion::Ramp { displacement, ramp: Ramp { from: 0.0, to: 1.0 } });
-    let moved = Boundary { motion, ..clamp() };
+    let moved = Boundary { name: None, motion, ..clamp() };
     let material: Arc<dyn Material> = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.0).unwrap());
     for (spacing, smoothing) in [(0.2, 0.8), (0.2, 1.25), (0.137, 0.8)] {
-        let top = Boundary { region: face(Axis::Z, 1.0, Side::Above), ..moved.clone() };
+        let top = Boundary { name: None, region: face(Axis::Z, 1.0, Side::Above), ..moved.clone() };
         for boundaries in [vec![moved.clone(), roller(Axis::X)], vec![clamp(), top]] {
             let spacing = Resolution::Spacing(spacing);
             let mut body = body_of(Some(material.clone()), cube(), spacing, smoothing, 1.0, 0.3, &boundaries);

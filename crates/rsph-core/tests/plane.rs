@@ -38,7 +38,7 @@ fn plane(axis: Axis, at: f64, side: Side) -> Region {
 }
 
 fn hold(region: Region, fix: Fix) -> Boundary {
-    Boundary { region, fix, motion: None }
+    Boundary { name: None, region, fix, motion: None }
 }
 
 fn bottom() -> Region {
@@ -149,7 +149,7 @@ fn a_plate_pulls_through_a_remesh() {
     let motion = Motion::Ramp { displacement, ramp: Ramp { from: 0.0, to: 1.0 } };
     let mut setup = setup(square(), 0.1, neo_hookean(0.0));
     setup.mechanics.boundaries.push(hold(bottom(), Fix::ALL));
-    setup.mechanics.boundaries.push(Boundary { motion: Some(motion), ..hold(top(), Fix::ALL) });
+    setup.mechanics.boundaries.push(Boundary { name: None, motion: Some(motion), ..hold(top(), Fix::ALL) });
     setup.probes.push(probe("displacement", Region::Point(Vec3::new(0.5, 0.0, 0.0))));
     setup.probes.push(probe("displacement", Region::Point(Vec3::new(0.5, 1.0, 0.0))));
     setup.remesh.trigger = RemeshTrigger::Steps(u64::MAX);
@@ -244,7 +244,7 @@ fn a_body_that_is_crushed_fails_with_a_place() {
     let motion = Motion::Ramp { displacement, ramp: Ramp { from: 0.0, to: 0.2 } };
     let mut setup = setup(square(), 0.125, neo_hookean(0.0));
     setup.mechanics.boundaries.push(hold(bottom(), Fix::ALL));
-    setup.mechanics.boundaries.push(Boundary { motion: Some(motion), ..hold(top(), Fix::ALL) });
+    setup.mechanics.boundaries.push(Boundary { name: None, motion: Some(motion), ..hold(top(), Fix::ALL) });
     let mut sim = Simulation::new(setup).unwrap();
     let failure = sim.advance_to(0.2, &mut |_| true).unwrap_err();
     assert_eq!(failure.kind, FailureKind::Inverted, "{failure}");
@@ -268,7 +268,11 @@ fn what_leaves_the_plane_is_refused() {
     refused(pushed, "load[0].traction");
     let mut moved = block();
     let motion = Motion::Ramp { displacement: Vec3::z(), ramp: Ramp::default() };
-    moved.mechanics.boundaries.push(Boundary { motion: Some(motion), ..hold(bottom(), Fix::ALL) });
+    moved.mechanics.boundaries.push(Boundary {
+        name: None,
+        motion: Some(motion),
+        ..hold(bottom(), Fix::ALL)
+    });
     refused(moved, "boundary[0].motion");
     let mut literal = block();
     literal.solver.formulation = rsph_core::setup::Formulation::Paper;

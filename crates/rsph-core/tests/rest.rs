@@ -30,7 +30,12 @@ fn turned_cube(n: usize, nu: f64, load: f64) -> Simulation {
             Resolution::Spacing(1.0 / n as f64),
             SolidSetup {
                 material: Arc::new(NeoHookean::new(1.0, 10.0, nu, 0.0).unwrap()),
-                boundaries: vec![Boundary { region: beyond(shift, -up), fix: Fix::ALL, motion: None }],
+                boundaries: vec![Boundary {
+                    name: None,
+                    region: beyond(shift, -up),
+                    fix: Fix::ALL,
+                    motion: None,
+                }],
                 loads: vec![Load { kind, ramp: Ramp { from: 0.0, to: 1.0 } }],
             },
         )
@@ -85,6 +90,7 @@ fn a_rod_bends_far_without_false_strain() {
                 SolidSetup {
                     material: material.unwrap(),
                     boundaries: vec![Boundary {
+                        name: None,
                         region: plane(0.0, Side::Below),
                         fix: Fix::ALL,
                         motion: None,

@@ -26,7 +26,7 @@ fn plane(axis: Axis, at: f64, side: Side) -> Region {
 }
 
 fn clamp(region: Region) -> Boundary {
-    Boundary { region, fix: Fix::ALL, motion: None }
+    Boundary { name: None, region, fix: Fix::ALL, motion: None }
 }
 
 /// A body of the paper's liver (E = 100, T = 0.2) without boundaries or loads.
@@ -68,6 +68,7 @@ fn a_moved_plate_strains_a_bar_uniformly() {
     s.mechanics.boundaries = vec![
         clamp(plane(Axis::Z, 0.0, Side::Below)),
         Boundary {
+            name: None,
             region: plane(Axis::Z, 1.0, Side::Above),
             fix: Fix::ALL,
             motion: Some(Motion::Ramp { displacement: Vec3::z() * 0.01, ramp: Ramp { from: 0.0, to: 1.0 } }),
@@ -101,7 +102,8 @@ fn surface_when_pulled(mut s: Setup<SolidSetup>) -> Surface {
 #[test]
 fn the_stress_on_the_surface_of_a_pulled_bar_is_uniform_up_to_its_edges() {
     let mut s = setup(unit_cube(), Resolution::Spacing(1.0 / 6.3), 0.3);
-    let roller = |axis| Boundary { region: plane(axis, 0.0, Side::Below), fix: Fix::Normal, motion: None };
+    let roller =
+        |axis| Boundary { name: None, region: plane(axis, 0.0, Side::Below), fix: Fix::Normal, motion: None };
     s.mechanics.boundaries = [Axis::X, Axis::Y, Axis::Z].map(roller).to_vec();
     let surface = surface_when_pulled(s);
     let stress = &surface.field("stress").unwrap().values;
@@ -117,7 +119,8 @@ fn the_stress_on_the_surface_of_a_pulled_bar_is_uniform_up_to_its_edges() {
 #[test]
 fn the_shear_on_a_roller_is_what_is_known_of_its_traction() {
     let mut s = setup(unit_cube(), Resolution::Spacing(0.1), 0.3);
-    let roller = |axis| Boundary { region: plane(axis, 0.0, Side::Below), fix: Fix::Normal, motion: None };
+    let roller =
+        |axis| Boundary { name: None, region: plane(axis, 0.0, Side::Below), fix: Fix::Normal, motion: None };
     s.mechanics.boundaries = vec![roller(Axis::X), roller(Axis::Y), clamp(plane(Axis::Z, 0.0, Side::Below))];
     let surface = surface_when_pulled(s);
     let (shear, stress) = (surface.field("shear_strain").unwrap(), surface.field("stress").unwrap());
@@ -142,7 +145,7 @@ fn strain_under_forces_from_outside_is_not_that_of_a_free_surface() {
     let pressed = |from_outside: bool| {
         let mut s = setup(SphereShape::new(0.5, Vec3::zeros()).unwrap(), Resolution::Spacing(0.1), 0.3);
         let middle = Region::Ball { centre: Vec3::zeros(), radius: 0.1 };
-        s.mechanics.boundaries = vec![Boundary { region: middle, fix: Fix::ALL, motion: None }];
+        s.mechanics.boundaries = vec![Boundary { name: None, region: middle, fix: Fix::ALL, motion: None }];
         let pressure = LoadKind::Pressure { region: Region::All, pressure: 1.0 };
         if !from_outside {
             s.mechanics.loads = vec![Load { kind: pressure, ramp: Ramp::default() }];
@@ -173,7 +176,7 @@ fn a_patch_load_does_not_push_the_faces_beside_it() {
         let turned = |x: Vec3| nalgebra::Rotation3::new(axis * turn) * x;
         let mut s = setup(SphereShape::new(1.0, Vec3::zeros()).unwrap(), Resolution::Spacing(0.2), 0.3);
         let half = |x| Region::HalfSpace { point: Vec3::zeros(), normal: turned(x) };
-        let held = |x| Boundary { region: half(x), fix: Fix::Normal, motion: None };
+        let held = |x| Boundary { name: None, region: half(x), fix: Fix::Normal, motion: None };
         s.mechanics.boundaries = [Vec3::x(), Vec3::y(), Vec3::z()].map(held).to_vec();
         let (centre, direction) = (PatchCentre::At(turned(Vec3::z())), -turned(Vec3::z()));
         let kind = LoadKind::Patch { pressure: 1.0, centre, radius: Some(0.4), direction };
@@ -215,8 +218,12 @@ fn pressure_on_a_ball_compresses_it_like_the_exact_solution() {
 fn a_roller_bar_contracts_sideways_freely() {
     // Symmetry planes on three faces: uniaxial stress is exact, e_zz = p/E, e_xx = -nu p/E.
     let mut s = setup(unit_cube(), Resolution::Particles(343), 0.3);
-    let roller =
-        |axis: Axis| Boundary { region: plane(axis, 0.0, Side::Below), fix: Fix::Normal, motion: None };
+    let roller = |axis: Axis| Boundary {
+        name: None,
+        region: plane(axis, 0.0, Side::Below),
+        fix: Fix::Normal,
+        motion: None,
+    };
     s.mechanics.boundaries = vec![roller(Axis::X), roller(Axis::Y), roller(Axis::Z)];
     s.mechanics.loads = vec![Load {
         kind: LoadKind::Traction { region: plane(Axis::Z, 1.0, Side::Above), traction: Vec3::z() },
@@ -391,7 +398,7 @@ fn one_clamp_written_as_two_is_the_same_clamp() {
         let face = || plane(Axis::Z, 0.0, Side::Below);
         s.mechanics.boundaries = fixes
             .iter()
-            .map(|fix| Boundary { region: face(), fix: Fix::Components(*fix), motion: None })
+            .map(|fix| Boundary { name: None, region: face(), fix: Fix::Components(*fix), motion: None })
             .collect();
         s.initial.velocity = VectorField::Constant(Vec3::new(0.1, 0.2, 0.3));
         let mut simulation = Simulation::new(s).unwrap();
@@ -411,6 +418,7 @@ fn held_particles_that_set_out_late_do_work() {
     s.mechanics.boundaries = vec![
         clamp(plane(Axis::Z, 0.0, Side::Below)),
         Boundary {
+            name: None,
             region: plane(Axis::Z, 0.8, Side::Above),
             fix: Fix::ALL,
             motion: Some(Motion::Ramp {
@@ -501,7 +509,12 @@ fn pulled_cube(probes: &[&str]) -> Simulation {
     let inside = Region::Ball { centre: Vec3::repeat(0.5), radius: 0.2 };
     s.mechanics.boundaries = vec![
         clamp(plane(Axis::Z, 0.0, Side::Below)),
-        Boundary { region: inside, fix: Fix::Components([true, false, true]), motion: Some(motion) },
+        Boundary {
+            name: None,
+            region: inside,
+            fix: Fix::Components([true, false, true]),
+            motion: Some(motion),
+        },
     ];
     s.mechanics.loads = vec![Load {
         kind: LoadKind::Traction { region: plane(Axis::Z, 1.0, Side::Above), traction: Vec3::z() },

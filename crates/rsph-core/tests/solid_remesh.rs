@@ -81,8 +81,8 @@ fn sheared(trigger: RemeshTrigger, direction: Vec3) -> Setup<SolidSetup> {
     let plane = |at, side| Region::Plane { axis: Axis::Z, at, side };
     let motion = Motion::Ramp { displacement: 0.2 * direction, ramp: Ramp { from: 0.0, to: 0.5 } };
     s.mechanics.boundaries = vec![
-        Boundary { region: plane(0.0, Side::Below), fix: Fix::ALL, motion: None },
-        Boundary { region: plane(1.0, Side::Above), fix: Fix::ALL, motion: Some(motion) },
+        Boundary { name: None, region: plane(0.0, Side::Below), fix: Fix::ALL, motion: None },
+        Boundary { name: None, region: plane(1.0, Side::Above), fix: Fix::ALL, motion: Some(motion) },
     ];
     let probe = |name: &str, quantity, region| Probe {
         name: name.into(),
@@ -183,6 +183,7 @@ fn the_literal_formulation_is_laid_anew_as_well() {
         s.time_step = TimeStep::Fixed(0.001);
         s.mechanics.material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap());
         s.mechanics.boundaries = vec![Boundary {
+            name: None,
             region: Region::Plane { axis: Axis::Z, at: 0.0, side: Side::Below },
             fix: Fix::ALL,
             motion: None,

@@ -22,14 +22,19 @@ use rsph_core::tensor::Vec3;
 use std::sync::Arc;
 
 fn roller(axis: Axis) -> Boundary {
-    Boundary { region: face(axis, 0.0, Side::Below), fix: Fix::Normal, motion: None }
+    Boundary { name: None, region: face(axis, 0.0, Side::Below), fix: Fix::Normal, motion: None }
 }
 
 /// A body with cut cells whose lower part is held particle by particle.
 fn held_ball(smoothing: f64) -> TestBody {
     let mut held = ball(smoothing);
     for (particle, _) in held.positions.iter().enumerate().filter(|(_, x)| x.z < 0.35) {
-        held.solid.fixed.particles.push(FixedParticle { particle, fix: [true; 3], motion: None });
+        held.solid.fixed.particles.push(FixedParticle {
+            particle,
+            fix: [true; 3],
+            motion: None,
+            boundary: None,
+        });
     }
     held
 }
@@ -102,7 +107,7 @@ fn iterations_do_not_depend_on_where_a_clamp_crosses_the_lattice() {
                 let point = normal * (-0.3 + 0.011 * f64::from(k));
                 let shape = cut(&ball, &point, &-normal, 1e-9).unwrap();
                 let region = rsph_core::region::Region::HalfSpace { point, normal };
-                let clamp = Boundary { region, fix: Fix::ALL, motion: None };
+                let clamp = Boundary { name: None, region, fix: Fix::ALL, motion: None };
                 let mut body = body(shape, Resolution::Spacing(1.0 / 18.0), 0.8, 1.0, 0.3, &[clamp]);
                 let load = smooth_load(&body);
                 iterations(&mut body.solid, Scales::STATIC, &load).0
@@ -158,7 +163,8 @@ fn what_is_loose_is_named() {
     let grid = Grid { origin: Vec3::zeros(), spacing: 0.1, cells: [4, 4, 12] };
     let cells: Vec<[usize; 3]> = (0..192).map(|a| [a % 4, a / 4 % 4, a / 16]).collect();
     let cells: Vec<[usize; 3]> = cells.into_iter().filter(|c| c[2] < 4 || c[2] >= 8).collect();
-    let particles = (0..16).map(|particle| FixedParticle { particle, fix: [true; 3], motion: None });
+    let particles =
+        (0..16).map(|particle| FixedParticle { particle, fix: [true; 3], motion: None, boundary: None });
     let fixed = Fixed { particles: particles.collect() };
     let lattice = Lattice::new(&grid, &cells, 0.8, 3);
     let material = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap());

@@ -64,5 +64,5 @@ fn beyond(axis: Axis, at: f64, side: Side) -> Region {
 fn held(region: Region, displacement: Option<Vec3>) -> Boundary {
     let ramp = Ramp { from: 0.0, to: 1.0 };
     let motion = displacement.map(|displacement| Motion::Ramp { displacement, ramp });
-    Boundary { region, fix: Fix::ALL, motion }
+    Boundary { name: None, region, fix: Fix::ALL, motion }
 }

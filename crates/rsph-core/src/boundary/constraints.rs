@@ -181,7 +181,12 @@ impl Constraints {
             let before = fixed.particles.len();
             let held = (0..positions.len()).filter(|&a| region.contains(&positions[a], 0.0));
             let fix = hold.fix.components();
-            fixed.particles.extend(held.map(|particle| FixedParticle { particle, fix, motion: hold.motion }));
+            fixed.particles.extend(held.map(|particle| FixedParticle {
+                particle,
+                fix,
+                motion: hold.motion,
+                boundary: Some(i),
+            }));
             if fixed.particles.len() == before {
                 return Err(no_particle(&format!("boundary[{i}].region"), region, positions));
             }

@@ -14,6 +14,8 @@ pub struct FixedParticle {
     pub fix: [bool; 3],
     /// How it moves.
     pub motion: Option<Motion>,
+    /// The number of the boundary that holds it; `None`: the plane of a body in the plane does.
+    pub boundary: Option<usize>,
 }
 
 /// All held particles.
@@ -26,7 +28,8 @@ pub struct Fixed {
 impl Fixed {
     /// Holds the z component of all `n` particles: those of a body in the plane.
     pub fn hold_in_plane(&mut self, n: usize) {
-        let along_z = |particle| FixedParticle { particle, fix: [false, false, true], motion: None };
+        let along_z =
+            |particle| FixedParticle { particle, fix: [false, false, true], motion: None, boundary: None };
         self.particles.extend((0..n).map(along_z));
     }
 

@@ -384,6 +384,17 @@ impl Folds {
         })
     }
 
+    /// Adds the force of every face on the body, after [`Folds::react`], to that of the boundaries that hold it.
+    pub fn add_reactions(&self, reactions: &mut [Vec3]) {
+        for (fold, force) in self.faces.iter().zip(&self.force) {
+            for k in 0..3 {
+                if let Some(i) = fold.owners[k] {
+                    reactions[i][k] += force[k];
+                }
+            }
+        }
+    }
+
     /// Forces on images that go to the particles in `range`, from the sums of the second sweep, as (particle, force).
     pub fn forces<'a>(
         &'a self,

@@ -282,6 +282,19 @@ impl Lift {
         })
     }
 
+    /// Force of every boundary on the body by the surface that it holds, after [`Lift::react`].
+    pub fn reactions(&self) -> Vec<Vec3> {
+        let mut reactions = vec![Vec3::zeros(); self.holds.len()];
+        self.folds.add_reactions(&mut reactions);
+        for (cluster, force) in self.clusters.iter().zip(&self.residual) {
+            let force: Vec3 = force.row(0).transpose();
+            for (i, projector) in &cluster.holds {
+                reactions[*i] += projector * force;
+            }
+        }
+        reactions
+    }
+
     /// Energy of the penalty, after [`Lift::lift`].
     pub fn energy(&self) -> f64 {
         let of_cluster =

@@ -32,13 +32,14 @@ impl Holds {
     /// `boundary[i].region` when it holds none.
     pub fn fixed(&self, positions: &[Vec3]) -> Result<Fixed, InvalidInput> {
         let mut fixed = Fixed::default();
-        for HeldRegion { key, region, tolerance, fix, motion } in &self.regions {
+        for (i, HeldRegion { key, region, tolerance, fix, motion }) in self.regions.iter().enumerate() {
             let held = (0..positions.len()).filter(|&a| region.contains(&positions[a], *tolerance));
             let before = fixed.particles.len();
             fixed.particles.extend(held.map(|particle| FixedParticle {
                 particle,
                 fix: *fix,
                 motion: *motion,
+                boundary: Some(i),
             }));
             if fixed.particles.len() == before {
                 return Err(no_particle(key, region, positions));
@@ -188,7 +189,7 @@ mod tests {
             {
                 let point = Vec3::new(0.013, -0.027, 0.041);
                 let region = Region::HalfSpace { point, normal };
-                let boundary = Boundary { region, fix: Fix::ALL, motion: None };
+                let boundary = Boundary { name: None, region, fix: Fix::ALL, motion: None };
                 let held = holds(&[boundary], &positions, dx, &solver)
                     .and_then(|holds| holds.fixed(&positions))
                     .unwrap();

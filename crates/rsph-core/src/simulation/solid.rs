@@ -644,6 +644,15 @@ fn check_solid(setup: &Setup<SolidSetup>) -> Result<(), InvalidInput> {
             "take \"adjoint\", or material.model = \"kelvin-voigt\"",
         ));
     }
+    let named = setup.mechanics.boundaries.iter().position(|b| b.name.is_some());
+    if let (Formulation::Paper, Some(i)) = (setup.solver.formulation, named) {
+        return Err(InvalidInput::new(
+            format!("boundary[{i}].name"),
+            "",
+            "names a force that the scheme of the paper does not tell",
+            "remove it, or take formulation = \"adjoint\"",
+        ));
+    }
     if let Some(i) = setup.probes.iter().position(|p| p.quantity.field == Field::Colour) {
         return Err(InvalidInput::new(
             format!("probe[{i}].quantity"),

@@ -165,7 +165,7 @@ pub fn face(axis: Axis, at: f64, side: Side) -> Region {
 
 /// A clamp at z = 0.
 pub fn clamp() -> Boundary {
-    Boundary { region: face(Axis::Z, 0.0, Side::Below), fix: Fix::ALL, motion: None }
+    Boundary { name: None, region: face(Axis::Z, 0.0, Side::Below), fix: Fix::ALL, motion: None }
 }
 
 /// The unit cube.

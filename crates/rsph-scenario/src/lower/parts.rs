@@ -1,6 +1,7 @@
 //! Regions, fields, boundaries and loads in the words of the core.
 
 use super::checks::{direction, positive};
+use super::probes::name;
 use crate::scenario::{
     BoundaryKind, BoundaryTable, CentreValue, ComponentName, Document, FieldTable, KeyPath, LoadKindName,
     LoadTable, MotionTable, RampTable, RegionTable, ScenarioError,
@@ -110,7 +111,11 @@ fn boundary(doc: &Document, path: &KeyPath, table: &BoundaryTable) -> Result<Bou
         }
         (BoundaryKind::Prescribed, None) => return Err(missing(doc, path, "motion", "prescribed")),
     };
-    Ok(Boundary { region: region(doc, &path.key("region"), &table.region)?, fix, motion })
+    let name = match &table.name {
+        Some(given) => Some(name(doc, &path.key("name"), given)?),
+        None => None,
+    };
+    Ok(Boundary { name, region: region(doc, &path.key("region"), &table.region)?, fix, motion })
 }
 
 fn fix(doc: &Document, path: &KeyPath, names: Option<&[ComponentName]>) -> Result<Fix, ScenarioError> {

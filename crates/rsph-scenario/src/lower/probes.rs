@@ -15,7 +15,15 @@ pub fn probes(
     trigger: RemeshTrigger,
 ) -> Result<Vec<Probe>, ScenarioError> {
     let mut headers = BTreeSet::from(["time".to_owned()]);
-    headers.extend(own_readings(mechanics, trigger).iter().map(|(name, _)| (*name).to_owned()));
+    for (header, _) in own_readings(mechanics, trigger) {
+        if !headers.insert(header.clone()) {
+            return Err(doc.error(
+                &KeyPath::from("boundary"),
+                format!("probes.csv would have two columns named \"{header}\""),
+                "give every boundary a name of its own",
+            ));
+        }
+    }
     let mut probes = Vec::with_capacity(tables.len());
     for (i, table) in tables.iter().enumerate() {
         let path = KeyPath::from("probe").index(i);
@@ -36,7 +44,8 @@ pub fn probes(
     Ok(probes)
 }
 
-fn name(doc: &Document, path: &KeyPath, name: &str) -> Result<String, ScenarioError> {
+/// A name that may head a column of probes.csv.
+pub fn name(doc: &Document, path: &KeyPath, name: &str) -> Result<String, ScenarioError> {
     let plain = |c: char| c.is_alphanumeric() || "_-. ".contains(c);
     if name.trim().is_empty() || name.trim() != name || !name.chars().all(plain) {
         return Err(doc.error(

@@ -46,9 +46,13 @@ pub fn info(start: &RunStart<'_>) -> RunInfo {
 /// The columns of probes.csv: the probes, and what the kind of body adds.
 fn probes(setup: &Setup) -> Vec<ProbeColumn> {
     let mut columns = ProbeColumn::of(&setup.probes);
-    columns.extend(own_readings(&setup.mechanics, setup.remesh.trigger).iter().map(|(name, unit)| {
-        ProbeColumn { name: (*name).into(), quantity: (*name).into(), unit: (*unit).into() }
-    }));
+    columns.extend(
+        own_readings(&setup.mechanics, setup.remesh.trigger).into_iter().map(|(name, unit)| ProbeColumn {
+            quantity: name.clone(),
+            name,
+            unit: unit.into(),
+        }),
+    );
     columns
 }
 

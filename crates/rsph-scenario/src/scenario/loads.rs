@@ -16,6 +16,8 @@ use serde::Deserialize;
     {"if": {"properties": {"kind": {"const": "clamp"}}}, "then": {"properties": {"motion": false}}},
 ]))]
 pub struct BoundaryTable {
+    /// Name of the force that it carries: `probes.csv` gets the columns `<name>_force_x`, `_y` and `_z` (N), the force on the body.
+    pub name: Option<String>,
     /// What happens there.
     pub kind: BoundaryKind,
     /// Where.

@@ -63,7 +63,7 @@ pub fn beyond(point: Vec3, out: Vec3) -> Region {
 }
 
 pub fn hold(region: Region, fix: Fix) -> Boundary {
-    Boundary { region, fix, motion: None }
+    Boundary { name: None, region, fix, motion: None }
 }
 
 /// A plane of symmetry through the origin, with the body on its upper side.
