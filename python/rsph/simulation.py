@@ -411,6 +411,18 @@ class Simulation:
         _check_types(probe, Probe, "probe", "a rsph.Probe")
         self._core.add_probe(scenario(probe=[probe._as_table()]))
 
+    def set_material(self, material: Material) -> None:
+        """Goes on with another material: for moduli that are tried out as a body moves.
+
+        Args:
+            material: of the same density, and linear if the one before is.
+
+        Raises:
+            InputError: it is of another density or kind, or a given time step is too long for it.
+        """
+        _check_types(material, Material, "material", "a material, such as rsph.materials.NeoHookean")
+        self._core.set_material(scenario(material=material._as_table()))
+
     def solve_static(self, *, time: float | None = None) -> Equilibrium:
         """Goes straight to equilibrium under the loads and holds of a moment, at rest.
 

@@ -6,7 +6,7 @@ use rsph_core::boundary::nodal_load::NodalLoad;
 use rsph_core::boundary::surface_load::for_each_panel;
 use rsph_core::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature};
 use rsph_core::error::FailureKind;
-use rsph_core::material::KelvinVoigt;
+use rsph_core::material::{KelvinVoigt, Material, NeoHookean};
 use rsph_core::mls::Cloud;
 use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
@@ -551,4 +551,63 @@ fn a_probe_reads_the_same_whatever_the_others_read() {
         alone.step().unwrap();
         assert_eq!(alone.readings(), [expected], "{name}");
     }
+}
+
+/// A bar with nu = 0 that is stretched by 1 %, E A e = 1: by mirror images, by a lifted boundary value, by particles inside.
+#[test]
+fn every_boundary_carries_its_own_force() {
+    let inside = Region::Box { min: Vec3::new(-1.0, -1.0, 0.9), max: Vec3::repeat(2.0) };
+    for (foot, top) in [
+        (0.0, plane(Axis::Z, 1.0, Side::Above)),
+        (0.03, plane(Axis::Z, 1.0, Side::Above)),
+        (0.0, inside.clone()),
+    ] {
+        let mut s = setup(unit_cube(), Resolution::Spacing(0.125), 0.0);
+        let displacement = Vec3::new(0.0, 0.0, 0.01 * (1.0 - foot));
+        let motion = Motion::Ramp { displacement, ramp: Ramp { from: 0.0, to: 0.5 } };
+        let is_exact = top != inside;
+        s.mechanics.boundaries = vec![
+            Boundary { name: Some("foot".into()), ..clamp(plane(Axis::Z, foot, Side::Below)) },
+            Boundary { name: Some("top".into()), region: top, fix: Fix::ALL, motion: Some(motion) },
+        ];
+        let mut bar = Simulation::new(s).unwrap();
+        bar.solve_static(1.0, &mut |_, _| true).unwrap();
+        let readings = bar.readings();
+        let names: Vec<&str> = readings.iter().map(|r| r.name.as_str()).collect();
+        assert_eq!(names[..3], ["foot_force_x", "foot_force_y", "foot_force_z"]);
+        let (foot, top) = (readings[2].value, readings[5].value);
+        assert!((foot + top).abs() < 1e-6 && (!is_exact || (top - 1.0).abs() < 1e-6), "{foot} {top}");
+        let total: Vec3 = bar.reactions().iter().sum();
+        assert!((total - bar.conservation().reaction).norm() < 1e-9, "{total}");
+    }
+}
+
+#[test]
+fn a_material_is_replaced_as_the_body_moves() {
+    let law = |e: f64, density: f64| -> Arc<dyn Material> {
+        Arc::new(NeoHookean::new(density, e, 0.3, 0.1).unwrap())
+    };
+    let made = |material: Arc<dyn Material>| {
+        let mut s = setup(unit_cube(), Resolution::Particles(216), 0.3);
+        s.mechanics.material = material;
+        s.mechanics.boundaries = vec![clamp(plane(Axis::Z, 0.03, Side::Below))];
+        let kind = LoadKind::Traction { region: plane(Axis::Z, 1.0, Side::Above), traction: 5.0 * Vec3::z() };
+        s.mechanics.loads = vec![Load { kind, ramp: Ramp::default() }];
+        Simulation::new(s).unwrap()
+    };
+    let mut body = made(law(100.0, 1.0));
+    let before = body.solve_static(0.0, &mut |_, _| true).unwrap().compliance;
+    for (material, key) in [
+        (law(50.0, 2.0), "material.density"),
+        (Arc::new(KelvinVoigt::new(1.0, 50.0, 0.3, 0.1).unwrap()) as Arc<dyn Material>, "material.model"),
+    ] {
+        assert_eq!(body.set_material(material).unwrap_err().key, key);
+    }
+    body.set_material(law(50.0, 1.0)).unwrap();
+    // It goes on from where it was, and its energy is accounted for.
+    advance(&mut body, 0.05);
+    assert!(body.conservation().energy_error.unwrap_or(0.0) < 1e-3, "{:?}", body.conservation());
+    let after = body.solve_static(0.05, &mut |_, _| true).unwrap().compliance;
+    let fresh = made(law(50.0, 1.0)).solve_static(0.0, &mut |_, _| true).unwrap().compliance;
+    assert!(after > 1.5 * before && (after / fresh - 1.0).abs() < 1e-5, "{before} {after} {fresh}");
 }

@@ -4,10 +4,11 @@ use crate::errors;
 use crate::shape::Shape;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rsph_core::material::models;
+use rsph_core::material::{Material, models};
 use rsph_core::setup::{Probe, Setup};
 use rsph_scenario::scenario::LoadedScenario;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// A scenario as Python hands it over: its name in messages (empty if it was not read from a file), its text,
 /// the folder where its paths begin, and edits `key.path=value`.
@@ -42,6 +43,13 @@ pub fn probe(text: String) -> PyResult<Probe> {
     first.ok_or_else(|| errors::plain("there is no probe"))
 }
 
+/// The material of the scenario `text`.
+pub fn material(text: String) -> PyResult<Arc<dyn Material>> {
+    let setup = understood(text)?;
+    let material = setup.solid().map(|solid| Arc::clone(&solid.material));
+    material.ok_or_else(|| errors::plain("there is no material"))
+}
+
 fn understood(text: String) -> PyResult<Setup> {
     let loaded = LoadedScenario::from_text("", text, PathBuf::new(), &[]);
     let job = loaded.and_then(|s| s.lower()).map_err(|e| errors::scenario_text(&e))?;
@@ -51,7 +59,7 @@ fn understood(text: String) -> PyResult<Setup> {
 /// What the core simulates from the TOML text `text`; its shape is replaced by `shape`, since a
 /// shape made in Python may have no words in TOML.
 pub fn setup(text: String, shape: &Shape) -> PyResult<Setup> {
-    Ok(Setup { shape: std::sync::Arc::clone(&shape.shape), ..understood(text)? })
+    Ok(Setup { shape: Arc::clone(&shape.shape), ..understood(text)? })
 }
 
 /// Raises `rsph.InputError` if the scenario `text` can not be understood.

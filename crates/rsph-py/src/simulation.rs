@@ -321,6 +321,12 @@ impl Simulation {
         self.notes.clone()
     }
 
+    /// Goes on with another material, of the scenario text `material`.
+    fn set_material(&self, material: String) -> PyResult<()> {
+        let material = scenario::material(material)?;
+        self.state()?.simulation.set_material(material).map_err(|e| errors::invalid_input(&e))
+    }
+
     /// What to know where this moment is beyond what the law is for.
     fn beyond_the_law(&self) -> PyResult<Option<String>> {
         let simulation = &mut self.state()?.simulation;

@@ -141,7 +141,7 @@ impl Lift {
             particles,
             starts,
             by_particle,
-            penalty: PENALTY * young_modulus / spacing,
+            penalty: penalty(young_modulus, spacing),
             ..Self::folded(holds, folds)
         }
     }
@@ -156,6 +156,11 @@ impl Lift {
             folds: Box::new(folds),
             ..Self::default()
         }
+    }
+
+    /// Goes on for a body with another Young's modulus E, with particles dx apart.
+    pub fn set_young_modulus(&mut self, young_modulus: f64, spacing: f64) {
+        self.penalty = penalty(young_modulus, spacing);
     }
 
     /// Whether nothing is lifted.
@@ -350,6 +355,11 @@ impl Lift {
             })
             .sum()
     }
+}
+
+/// beta E / dx.
+fn penalty(young_modulus: f64, spacing: f64) -> f64 {
+    PENALTY * young_modulus / spacing
 }
 
 /// A held cluster of `surface` with its pairs.

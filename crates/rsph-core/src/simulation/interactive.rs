@@ -3,8 +3,12 @@
 use super::Simulation;
 use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::surface_quadrature::SurfaceQuadrature;
+use crate::dynamics::Imposed;
 use crate::error::InvalidInput;
+use crate::material::Material;
 use crate::setup::{Probe, Ramp};
+use crate::tensor::Vec3;
+use std::sync::Arc;
 
 impl Simulation {
     /// Puts a force (N) on every particle, component by component (3 n values), beside the loads, in the
@@ -36,6 +40,55 @@ impl Simulation {
         if !force.is_empty() {
             loads.push(NodalLoad::new(force.to_vec(), Ramp::default()));
         }
+        Ok(())
+    }
+
+    /// Goes on with another material, of the same density, under a linear law as before or under any other as before: for moduli that
+    /// are tried out as a body moves. What its energy changes by counts as work.
+    ///
+    /// # Errors
+    /// `material` when it is of another density or kind, or the body keeps its own; `time.dt` when a given step is too long for it.
+    /// Nothing has changed then.
+    pub fn set_material(&mut self, material: Arc<dyn Material>) -> Result<(), InvalidInput> {
+        let before = self.setup.solid().map(|solid| Arc::clone(&solid.material));
+        if let Some(before) = &before {
+            let is_linear = |m: &dyn Material| m.law().finite_strain().is_none();
+            if before.density().to_bits() != material.density().to_bits() {
+                return Err(InvalidInput::new(
+                    "material.density",
+                    material.density(),
+                    format!("must stay what it is, {}", before.density()),
+                    "start a new simulation for another density",
+                ));
+            }
+            if is_linear(&**before) != is_linear(&*material) {
+                return Err(InvalidInput::new(
+                    "material.model",
+                    material.name(),
+                    format!(
+                        "can not take the place of \"{}\": one of them is for small strain only",
+                        before.name()
+                    ),
+                    "start with a law for any strain, such as \"neo-hookean\"",
+                ));
+            }
+        }
+        let energy = self.energy();
+        self.model.set_material(&material)?;
+        if let Some(solid) = self.setup.solid_mut() {
+            solid.material = material;
+        }
+        if let Err(error) = self.set_integration(self.setup.integration, self.setup.time_step) {
+            if let (Some(solid), Some(before)) = (self.setup.solid_mut(), before) {
+                self.model.set_material(&before)?;
+                solid.material = before;
+            }
+            return Err(error);
+        }
+        let now = self.energy();
+        let change = now.kinetic + now.elastic - energy.kinetic - energy.elastic;
+        self.balance.impose(&Imposed { momentum: Vec3::zeros(), energy: change });
+        self.watch.restart(self.model.dynamics(), &self.particles, self.time, self.steps);
         Ok(())
     }
 

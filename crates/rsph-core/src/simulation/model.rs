@@ -5,6 +5,7 @@ use super::remeshing::RemeshOutcome;
 use crate::boundary::surface_quadrature::SurfaceQuadrature;
 use crate::dynamics::Dynamics;
 use crate::error::{Failure, InvalidInput};
+use crate::material::Material;
 use crate::observe::Reading;
 use crate::particles::Particles;
 use crate::setup::{Load, Probe};
@@ -12,6 +13,7 @@ use crate::snapshot::Snapshot;
 use crate::state::State;
 use crate::surface::Surface;
 use dyn_clone::DynClone;
+use std::sync::Arc;
 
 /// What a kind of body brings: its dynamics, how it is remeshed, and what it shows. The particles,
 /// their integration in time, the watchdog and the balances are the simulation's.
@@ -50,6 +52,19 @@ pub(super) trait Model: DynClone + std::fmt::Debug + Send + Sync {
             "",
             "only the loads of a solid in space in the adjoint formulation can be replaced as it moves",
             "give the loads a `ramp`, or start a new simulation",
+        ))
+    }
+
+    /// Takes another material, of the same density and linear if the one before is.
+    ///
+    /// # Errors
+    /// A body whose material is what it is; it stays as it was.
+    fn set_material(&mut self, material: &Arc<dyn Material>) -> Result<(), InvalidInput> {
+        Err(InvalidInput::new(
+            "material",
+            material.name(),
+            "only that of a solid in the adjoint formulation can be replaced as it moves",
+            "start a new simulation",
         ))
     }
 

@@ -23,6 +23,7 @@ use crate::dynamics::Dynamics;
 use crate::dynamics::paper::Paper;
 use crate::dynamics::solid::Solid;
 use crate::error::{Failure, InvalidInput};
+use crate::material::Material;
 use crate::mesh::TriangleMesh;
 use crate::mls::{Cloud, GradientFit, PointWeights};
 use crate::observe::{Reading, TaggedProbe};
@@ -387,6 +388,21 @@ impl Model for SolidBody {
                 return Err(error);
             }
         }
+        Ok(())
+    }
+
+    fn set_material(&mut self, material: &Arc<dyn Material>) -> Result<(), InvalidInput> {
+        let Matter::Adjoint(solid) = &mut self.matter else {
+            return Err(InvalidInput::new(
+                "material",
+                material.name(),
+                "the scheme of the paper keeps the material that it starts with",
+                "take `formulation = \"adjoint\"`",
+            ));
+        };
+        let hourglass = self.setup.solver.hourglass_modulus(material.young_modulus());
+        solid.set_material(Arc::clone(material), hourglass);
+        self.setup.mechanics.material = Arc::clone(material);
         Ok(())
     }
 

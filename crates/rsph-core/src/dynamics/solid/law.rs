@@ -6,10 +6,10 @@ use super::correction::{GENERAL, SYMMETRIC};
 use super::stress::{Change, Hooke, PositiveChange, State, Total};
 use crate::boundary::force_sums::ForceSums;
 use crate::dynamics::Scales;
-use crate::material::FiniteStrain;
+use crate::material::{FiniteStrain, Material};
 use crate::ops::PAIR_COMPONENTS;
 use crate::tensor::lanes::Tensor;
-use crate::tensor::{Mat3, SymTensor};
+use crate::tensor::{Mat3, SymTensor, Vec3};
 use crate::tiles::Tile;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -24,6 +24,16 @@ impl Solid {
     /// Whether stress is a linear function of strain.
     pub fn is_linear(&self) -> bool {
         self.linear
+    }
+
+    /// Goes on with another material, of the same density and linear if this one is, and with `hourglass` as the modulus (Pa) of the
+    /// hourglass term.
+    pub fn set_material(&mut self, material: Arc<dyn Material>, hourglass: f64) {
+        self.stiffness = material.stiffness();
+        self.hourglass = hourglass;
+        self.lift.set_young_modulus(material.young_modulus(), self.lattice.spacing);
+        self.material = material;
+        self.linearise_undeformed();
     }
 
     /// Components of strain and stress near the surface: those of symmetric tensors where the law is linear.
