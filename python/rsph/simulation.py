@@ -420,7 +420,7 @@ class Simulation:
         Raises:
             InputError: it is of another density or kind, or a given time step is too long for it.
         """
-        _check_types(material, Material, "material", "a material, such as rsph.materials.NeoHookean")
+        _check_types(material, Material, "material", "a material of rsph.materials")
         self._core.set_material(scenario(material=material._as_table()))
 
     def solve_static(self, *, time: float | None = None) -> Equilibrium:

@@ -142,3 +142,11 @@ def test_a_named_boundary_tells_its_force():
     forces = sim.probes()
     assert forces["upper_force_z"] == pytest.approx(1.0, rel=1e-6)
     assert forces["lower_force_z"] == pytest.approx(-1.0, rel=1e-6)
+
+    # A stiffer bar carries more; another density is another body.
+    stiffer = {"young_modulus": 2e4, "poisson_ratio": 0.0, "relaxation_time": 0.2}
+    sim.set_material(rsph.materials.KelvinVoigt(density=1000.0, **stiffer))
+    sim.solve_static()
+    assert sim.probes()["upper_force_z"] == pytest.approx(2.0, rel=1e-6)
+    with pytest.raises(rsph.InputError, match="density"):
+        sim.set_material(rsph.materials.KelvinVoigt(density=900.0, **stiffer))
