@@ -6,6 +6,7 @@ and units, and :func:`model` makes any of them by name.
 
 from __future__ import annotations
 
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeAlias
 
 from rsph import _rsph
@@ -69,12 +70,16 @@ class Model(NamedTuple):
 class Material:
     """A material: the name of its model and its parameters."""
 
+    _model: str
+    _parameters: dict[str, float | list[float]]
+
     def __init__(self, model: str, **parameters: Numbers) -> None:
-        self._model = model
-        self._parameters = {
+        numbers: dict[str, float | list[float]] = {
             key: value if isinstance(value, (float, int)) else [float(x) for x in value]
             for key, value in parameters.items()
         }
+        # The dataclasses below are frozen.
+        vars(self).update(_model=model, _parameters=numbers)
         check("material", material=self._as_table())
 
     @property
@@ -95,26 +100,26 @@ class Material:
         return f"materials.model({self._model!r}{arguments})"
 
 
-class _Viscoelastic(Material):
-    """An isotropic solid with Kelvin-Voigt damping, by the name of its model."""
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class _Law(Material):
+    """A material whose parameters are its fields; those that are None are left out."""
 
     _name: ClassVar[str]
 
-    def __init__(
-        self,
-        *,
-        density: float,
-        young_modulus: float,
-        poisson_ratio: float,
-        relaxation_time: float,
-    ) -> None:
-        super().__init__(
-            self._name,
-            density=density,
-            young_modulus=young_modulus,
-            poisson_ratio=poisson_ratio,
-            relaxation_time=relaxation_time,
-        )
+    def __post_init__(self) -> None:
+        given = {field.name: getattr(self, field.name) for field in fields(self)}
+        there = {key: value for key, value in given.items() if value is not None}
+        super().__init__(self._name, **there)
+
+
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class _Viscoelastic(_Law):
+    """An isotropic solid with Kelvin-Voigt damping."""
+
+    density: float
+    young_modulus: float
+    poisson_ratio: float
+    relaxation_time: float
 
 
 class KelvinVoigt(_Viscoelastic):
@@ -169,24 +174,17 @@ class NeoHookean(_Viscoelastic):
     _name = "neo-hookean"
 
 
-class _Tissue(Material):
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
+class _Tissue(_Law):
     """A nearly incompressible law of tissue; the volume resists by one of two moduli."""
 
-    def __init__(
-        self,
-        name: str,
-        *,
-        density: float,
-        bulk_modulus: float | None,
-        poisson_ratio: float | None,
-        relaxation_time: float,
-        **law: Numbers | None,
-    ) -> None:
-        given = {"bulk_modulus": bulk_modulus, "poisson_ratio": poisson_ratio, **law}
-        there = {key: value for key, value in given.items() if value is not None}
-        super().__init__(name, density=density, relaxation_time=relaxation_time, **there)
+    density: float
+    bulk_modulus: float | None = None
+    poisson_ratio: float | None = None
+    relaxation_time: float = 0.0
 
 
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class MooneyRivlin(_Tissue):
     """Mooney-Rivlin solid: w = c10 (I1 - 3) + c01 (I2 - 3), with K/2 (ln J)^2 for the volume.
 
@@ -199,27 +197,13 @@ class MooneyRivlin(_Tissue):
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
     """
 
-    def __init__(
-        self,
-        *,
-        density: float,
-        c10: float,
-        c01: float = 0.0,
-        bulk_modulus: float | None = None,
-        poisson_ratio: float | None = None,
-        relaxation_time: float = 0.0,
-    ) -> None:
-        super().__init__(
-            "mooney-rivlin",
-            density=density,
-            c10=c10,
-            c01=c01,
-            bulk_modulus=bulk_modulus,
-            poisson_ratio=poisson_ratio,
-            relaxation_time=relaxation_time,
-        )
+    _name = "mooney-rivlin"
+
+    c10: float
+    c01: float = 0.0
 
 
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Yeoh(_Tissue):
     """Yeoh's solid: w = c1 (I1 - 3) + c2 (I1 - 3)^2 + c3 (I1 - 3)^3.
 
@@ -233,29 +217,14 @@ class Yeoh(_Tissue):
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
     """
 
-    def __init__(
-        self,
-        *,
-        density: float,
-        c1: float,
-        c2: float = 0.0,
-        c3: float = 0.0,
-        bulk_modulus: float | None = None,
-        poisson_ratio: float | None = None,
-        relaxation_time: float = 0.0,
-    ) -> None:
-        super().__init__(
-            "yeoh",
-            density=density,
-            c1=c1,
-            c2=c2,
-            c3=c3,
-            bulk_modulus=bulk_modulus,
-            poisson_ratio=poisson_ratio,
-            relaxation_time=relaxation_time,
-        )
+    _name = "yeoh"
+
+    c1: float
+    c2: float = 0.0
+    c3: float = 0.0
 
 
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Ogden(_Tissue):
     """Ogden's solid: sum of 2 mu_i / a_i^2 (l1^a_i + l2^a_i + l3^a_i - 3), l principal stretches.
 
@@ -268,27 +237,13 @@ class Ogden(_Tissue):
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
     """
 
-    def __init__(
-        self,
-        *,
-        density: float,
-        moduli: Numbers,
-        exponents: Numbers,
-        bulk_modulus: float | None = None,
-        poisson_ratio: float | None = None,
-        relaxation_time: float = 0.0,
-    ) -> None:
-        super().__init__(
-            "ogden",
-            density=density,
-            moduli=moduli,
-            exponents=exponents,
-            bulk_modulus=bulk_modulus,
-            poisson_ratio=poisson_ratio,
-            relaxation_time=relaxation_time,
-        )
+    _name = "ogden"
+
+    moduli: Numbers
+    exponents: Numbers
 
 
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class VerondaWestmann(_Tissue):
     """Solid of Veronda and Westmann: w = c1 (exp(c2 (I1 - 3)) - 1) - c1 c2 / 2 (I2 - 3).
 
@@ -301,27 +256,13 @@ class VerondaWestmann(_Tissue):
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
     """
 
-    def __init__(
-        self,
-        *,
-        density: float,
-        c1: float,
-        c2: float,
-        bulk_modulus: float | None = None,
-        poisson_ratio: float | None = None,
-        relaxation_time: float = 0.0,
-    ) -> None:
-        super().__init__(
-            "veronda-westmann",
-            density=density,
-            c1=c1,
-            c2=c2,
-            bulk_modulus=bulk_modulus,
-            poisson_ratio=poisson_ratio,
-            relaxation_time=relaxation_time,
-        )
+    _name = "veronda-westmann"
+
+    c1: float
+    c2: float
 
 
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class Fung(_Tissue):
     """Fung's exponential: w = mu / (2 b) (exp(b (I1 - 3)) - 1).
 
@@ -334,27 +275,13 @@ class Fung(_Tissue):
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
     """
 
-    def __init__(
-        self,
-        *,
-        density: float,
-        shear_modulus: float,
-        exponent: float,
-        bulk_modulus: float | None = None,
-        poisson_ratio: float | None = None,
-        relaxation_time: float = 0.0,
-    ) -> None:
-        super().__init__(
-            "fung",
-            density=density,
-            shear_modulus=shear_modulus,
-            exponent=exponent,
-            bulk_modulus=bulk_modulus,
-            poisson_ratio=poisson_ratio,
-            relaxation_time=relaxation_time,
-        )
+    _name = "fung"
+
+    shear_modulus: float
+    exponent: float
 
 
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class HolzapfelGasserOgden(_Tissue):
     """Neo-Hookean ground with two families of dispersed fibres, which resist when stretched.
 
@@ -371,33 +298,14 @@ class HolzapfelGasserOgden(_Tissue):
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
     """
 
-    def __init__(
-        self,
-        *,
-        density: float,
-        shear_modulus: float,
-        k1: float,
-        k2: float,
-        fibre: Iterable[float],
-        second_fibre: Iterable[float] | None = None,
-        dispersion: float = 0.0,
-        bulk_modulus: float | None = None,
-        poisson_ratio: float | None = None,
-        relaxation_time: float = 0.0,
-    ) -> None:
-        super().__init__(
-            "holzapfel-gasser-ogden",
-            density=density,
-            shear_modulus=shear_modulus,
-            k1=k1,
-            k2=k2,
-            fibre=fibre,
-            second_fibre=second_fibre,
-            dispersion=dispersion,
-            bulk_modulus=bulk_modulus,
-            poisson_ratio=poisson_ratio,
-            relaxation_time=relaxation_time,
-        )
+    _name = "holzapfel-gasser-ogden"
+
+    shear_modulus: float
+    k1: float
+    k2: float
+    fibre: Iterable[float]
+    second_fibre: Iterable[float] | None = None
+    dispersion: float = 0.0
 
 
 def model(name: str, **parameters: Numbers) -> Material:

@@ -22,8 +22,8 @@ pub struct FibreEnergy {
     fibres: [Mat3; 2],
 }
 
-/// E of the undeformed body is 0 but for this; there fibres count as stretched, so that its stiffness, which time steps go by, has
-/// that of the fibres.
+/// Rounding of E in the undeformed body, where fibres count as stretched, so that time steps, which go by the stiffness there, count
+/// the fibres.
 const ROUNDING: f64 = 1e-12;
 
 /// The neo-Hookean ground: w = mu/2 (I1 - 3).

@@ -39,7 +39,8 @@ impl<L> Isochoric<L> {
 struct Kinematics<T> {
     /// F^-T.
     inverse_transpose: Tensor<T>,
-    /// F C.
+    /// C = F^T F, and F C.
+    c: Tensor<T>,
     fc: Tensor<T>,
     ln_j: T,
     /// J^-2/3.
@@ -68,6 +69,7 @@ impl<T: Real> Kinematics<T> {
             .plus(squared * second * (-4.0 / 3.0), &inverse_transpose);
         Self {
             inverse_transpose,
+            c,
             fc,
             ln_j,
             scale,
@@ -111,9 +113,8 @@ impl<L: Invariants> Formula for Isochoric<L> {
             .plus(s * (-2.0 / 3.0), &k.slopes[0]);
         let dc = f.transpose().times(df);
         let dc = dc + dc.transpose();
-        let c = f.transpose().times(f);
         let raw_slope = (f.scaled(trace) - k.fc) * 2.0;
-        let change_of_second = (f.scaled(first) + df.scaled(trace) - df.times(&c) - f.times(&dc))
+        let change_of_second = (f.scaled(first) + df.scaled(trace) - df.times(&k.c) - f.times(&dc))
             .scaled(squared * 2.0)
             .plus(squared * raw_slope.dot(df) * (-4.0 / 3.0), g)
             .plus(squared * second * (4.0 / 3.0), &t)

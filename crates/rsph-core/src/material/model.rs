@@ -122,7 +122,7 @@ impl Values {
         self.list(key).first().copied()
     }
 
-    /// Those of [`ISOTROPIC`].
+    /// The values of the parameters [`ISOTROPIC`].
     pub(super) fn isotropic(&self) -> [f64; 4] {
         ISOTROPIC.map(|p| self.number(p.key))
     }

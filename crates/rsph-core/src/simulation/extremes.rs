@@ -32,7 +32,7 @@ pub struct Extremes {
 }
 
 impl Extremes {
-    /// Those of particles at `places` of the undeformed body with these displacements and their gradients.
+    /// Extremes over particles at `places` (m) of the undeformed body, with these displacements (m) and their gradients.
     pub(super) fn new(places: &[Vec3], displacements: &[Vec3], gradients: &[Mat3]) -> Self {
         let mean = displacements.iter().sum::<Vec3>() / displacements.len().max(1) as f64;
         let of = |a: usize| {
