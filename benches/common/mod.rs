@@ -44,7 +44,6 @@ fn cube_of(n: usize, solver: Solver, material: Arc<dyn Material>, remesh: Remesh
             Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).expect("a unit cube")),
             Resolution::Spacing(1.0 / n as f64),
             SolidSetup {
-                material,
                 boundaries: vec![Boundary {
                     name: None,
                     region: face(0.0, Side::Below),
@@ -55,6 +54,7 @@ fn cube_of(n: usize, solver: Solver, material: Arc<dyn Material>, remesh: Remesh
                     kind: LoadKind::Traction { region: face(1.0, Side::Above), traction: Vec3::z() },
                     ramp: Ramp::default(),
                 }],
+                ..SolidSetup::new(material)
             },
         )
     })

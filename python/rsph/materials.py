@@ -7,14 +7,20 @@ and units, and :func:`model` makes any of them by name.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeAlias
 
 from rsph import _rsph
 from rsph._relaxation import Relaxation, from_relaxation
-from rsph._scenario import check
+from rsph._scenario import check, without_none
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable, Mapping
+
+    import numpy as np
+    import numpy.typing as npt
+
+    from rsph.regions import Region
+    from rsph.shapes import Shape
 
 __all__ = [
     "Corotated",
@@ -27,6 +33,7 @@ __all__ = [
     "NeoHookean",
     "Ogden",
     "Parameter",
+    "Part",
     "Relaxation",
     "SaintVenantKirchhoff",
     "VerondaWestmann",
@@ -98,6 +105,44 @@ class Material:
     def __repr__(self) -> str:
         arguments = "".join(f", {key}={value!r}" for key, value in self._parameters.items())
         return f"materials.model({self._model!r}{arguments})"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """A material in a part of a body, for a body of several: ``material=[parenchyma, Part(...)]``.
+
+    Each part lies over those before it in the list. Where two materials meet, the stress of a particle is
+    that of a laminate of both, so that the interface may lie anywhere between particles.
+
+    Attributes:
+        material: of what.
+        name: in results and messages; by default the name of the model.
+        region: where, a region of :mod:`rsph.regions`; either this or ``shape``, or neither for the
+            rest of the body.
+        shape: where, as a closed shape of :mod:`rsph.shapes` such as the mesh of a tumour.
+        modulus: Young's modulus at small strain as a field to which the law is scaled: a function of
+            positions, shape (N, 3), that returns N moduli (Pa), or a table
+            ``{"path": "elastography.nii.gz", "factor": 1000.0}`` of an image as in a scenario.
+    """
+
+    material: Material
+    name: str | None = None
+    region: Region | None = None
+    shape: Shape | None = None
+    modulus: Callable[[npt.NDArray[np.float64]], npt.ArrayLike] | Mapping[str, Any] | None = None
+
+    def _as_table(self) -> dict[str, object]:
+        table = without_none(
+            name=self.name,
+            region=None if self.region is None else self.region._as_table(),
+            shape=None if self.shape is None else self.shape._as_table(),
+            modulus=None if callable(self.modulus) else self.modulus,
+        )
+        return self.material._as_table() | table
+
+    @property
+    def _is_rest(self) -> bool:
+        return self.region is None and self.shape is None
 
 
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)

@@ -19,7 +19,7 @@ from rsph.boundaries import Boundary
 from rsph.errors import InputError, RsphWarning
 from rsph.fields import Field, function_of, table_of
 from rsph.loads import Custom, Function, Load
-from rsph.materials import Material
+from rsph.materials import Material, Part
 from rsph.probes import Probe
 from rsph.results import Snapshot, Surface
 from rsph.sampling import Particles
@@ -116,7 +116,8 @@ class Simulation:
         shape: the body, or the :class:`rsph.Particles` of one, whose spacing is taken.
         spacing: distance between particles (m); either this or ``particles``.
         particles: number of particles (about); the spacing is found from it.
-        material: what the body is made of.
+        material: what the body is made of; a list of a material and :class:`rsph.materials.Part` s for
+            a body of several.
         boundaries: parts that are held or moved.
         loads: what pushes or pulls; at most one of them a :class:`rsph.loads.Custom`.
         probes: named readings, for :meth:`probes` and the history.
@@ -150,7 +151,7 @@ class Simulation:
         self,
         *,
         shape: Shape | Particles,
-        material: Material,
+        material: Material | Part | Sequence[Material | Part],
         spacing: float | None = None,
         particles: int | None = None,
         boundaries: Sequence[Boundary] = (),
@@ -175,7 +176,7 @@ class Simulation:
                 spacing = shape.spacing
             shape = shape.shape
         _check_types(shape, Shape, "shape", "a shape, for example rsph.shapes.Box(size=(1, 1, 1))")
-        _check_types(material, Material, "material", "a material of rsph.materials")
+        parts = _parts(material)
         given = _list(loads, (Load, Custom), "loads")
         custom = [load for load in given if isinstance(load, Custom)]
         if len(custom) > 1:
@@ -188,7 +189,7 @@ class Simulation:
         text = scenario(
             units=units,
             body=without_none(shape=box, spacing=spacing, particles=particles),
-            material=material._as_table(),
+            material=[part._as_table() for part in parts],
             initial=without_none(
                 velocity=table_of("initial.velocity", initial_velocity),
                 displacement=table_of("initial.displacement", initial_displacement),
@@ -216,6 +217,7 @@ class Simulation:
                 shape._shape,
                 function_of(initial_displacement),
                 function_of(initial_velocity),
+                [(k, part.modulus) for k, part in enumerate(parts) if callable(part.modulus)],
             )
         )
         if custom:
@@ -411,17 +413,18 @@ class Simulation:
         _check_types(probe, Probe, "probe", "a rsph.Probe")
         self._core.add_probe(scenario(probe=[probe._as_table()]))
 
-    def set_material(self, material: Material) -> None:
+    def set_material(self, material: Material, *, name: str | None = None) -> None:
         """Goes on with another material: for moduli that are tried out as a body moves.
 
         Args:
             material: of the same density, and linear if the one before is.
+            name: of the part of a body of several materials that it is for; by default the first.
 
         Raises:
-            InputError: it is of another density or kind, or a given time step is too long for it.
+            InputError: it is of another density or kind, there is no part of that name, or a given time step is too long for it.
         """
         _check_types(material, Material, "material", "a material of rsph.materials")
-        self._core.set_material(scenario(material=material._as_table()))
+        self._core.set_material(scenario(material=material._as_table()), name)
 
     def solve_static(self, *, time: float | None = None) -> Equilibrium:
         """Goes straight to equilibrium under the loads and holds of a moment, at rest.
@@ -546,6 +549,20 @@ class Simulation:
             f"{d.spacing:.4g}; t = {self.time:g} after {self.steps} steps, dt {d.dt:.3g} of at "
             f"most {d.dt_limit:.3g}>"
         )
+
+
+def _parts(material: Material | Part | Sequence[Material | Part]) -> list[Part]:
+    """The materials of a body, that of the rest of it first."""
+    given = [material] if isinstance(material, (Material, Part)) else material
+    if not isinstance(given, (list, tuple)):
+        _check_types(material, Material, "material", "a material of rsph.materials")
+        given = []
+    for i, one in enumerate(given):
+        _check_types(
+            one, (Material, Part), f"material[{i}]", "a material of rsph.materials, or a Part"
+        )
+    parts = [one if isinstance(one, Part) else Part(material=one) for one in given]
+    return sorted(parts, key=lambda part: not part._is_rest)
 
 
 def _list(values: Sequence[_T], kind: type[_T] | tuple[type[Any], ...], name: str) -> Sequence[_T]:

@@ -34,6 +34,8 @@ pub enum Field {
     Colour,
     /// Pressure p of a fluid that carries sound.
     Pressure,
+    /// Number of the material that holds the larger share of the particle's cell, in a body of several.
+    Material,
 }
 
 /// How a column comes by its values.
@@ -87,6 +89,7 @@ pub const COLUMNS: &[ColumnSpec] = &[
     column(Field::VonMises, "von_mises", 1, Evolution::Derived, Extensive::ByVolume, "Pa"),
     column(Field::Colour, "colour", 1, Evolution::State, Extensive::ByVolume, "1"),
     column(Field::Pressure, "pressure", 1, Evolution::State, Extensive::ByVolume, "Pa"),
+    column(Field::Material, "material", 1, Evolution::Derived, Extensive::ByVolume, "1"),
 ];
 
 const fn column(

@@ -1,9 +1,11 @@
 //! Everything a simulation is made from, in the words of a scenario file.
 
 mod interaction;
+mod materials;
 mod mechanics;
 
 pub use interaction::{Interaction, InteractionSetting};
+pub use materials::{MaterialPart, ModulusField, Place, PointwiseModulus, Within};
 pub use mechanics::{Mechanics, Prescription, Remesh, RemeshTrigger, STRAIN, SolidSetup};
 
 use crate::region::Region;

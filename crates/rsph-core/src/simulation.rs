@@ -28,11 +28,13 @@ use crate::integrate::implicit::{self, Implicit};
 use crate::integrate::{Integrator, RungeKutta4};
 use crate::particles::{Field, Particles};
 use crate::pool::awake;
-use crate::setup::{Integration, Load, Mechanics, Quantity, RemeshTrigger, Scheme, Setup, TimeStep};
+use crate::setup::{
+    Integration, Load, Mechanics, Quantity, RemeshTrigger, Scheme, Setup, SolidSetup, TimeStep,
+};
 use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
 use crate::surface::Surface;
-use crate::tensor::Vec3;
+use crate::tensor::{Mat3, Vec3};
 use crate::watchdog::{Check, Watchdog};
 use balance::Balance;
 use fsi_1d::FluidBesideSolid;
@@ -187,7 +189,8 @@ impl Simulation {
         let forces = integrator.evaluate(dynamics, &particles, 0.0);
         // The energy is a difference of squares of u / dx, which round to 1e-16 of themselves. A strain e over
         // a length L, with u = e L, has (dx / L)^2 1e16 times as much.
-        let modulus = setup.solid().map_or(0.0, |solid| solid.material.p_wave_modulus());
+        let moduli = setup.solid().into_iter().flat_map(SolidSetup::materials).map(|m| m.p_wave_modulus());
+        let modulus = moduli.fold(0.0, f64::max);
         let rounding = 1e-16 * modulus * description.volume / description.spacing.powi(2);
         Ok(Self {
             watch: Watchdog::new(dynamics, &particles, energy, rounding),
@@ -394,8 +397,8 @@ impl Simulation {
             smallest_jacobian: self.model.dynamics_mut().smallest_jacobian(time, &self.particles),
         };
         let inverted = look.smallest_jacobian.filter(|(_, j)| *j <= 0.0);
-        let law = self.setup.solid().and_then(|solid| solid.material.law().finite_strain());
-        if let (Some((particle, _)), Some(_)) = (inverted, law) {
+        let is_linear = self.model.dynamics_mut().solid().is_none_or(|solid| solid.is_linear());
+        if let (Some((particle, _)), false) = (inverted, is_linear) {
             let place = self.particles.column(Field::Reference).vector(particle);
             return Err(self.fail(checks::inverted(place, Moment { time, step })));
         }
@@ -459,8 +462,7 @@ impl Simulation {
         let mut setup = self.setup.clone();
         (setup.integration, setup.time_step) = (integration, step);
         let dynamics = self.model.dynamics_mut();
-        let (Some(solid), Some(material)) = (dynamics.solid(), setup.solid().map(|solid| &*solid.material))
-        else {
+        let (Some(solid), Some(mechanics)) = (dynamics.solid(), setup.solid()) else {
             return Err(InvalidInput::new(
                 "time.integrator",
                 integration.scheme.name(),
@@ -470,7 +472,7 @@ impl Simulation {
         };
         solid.linearise(self.time, self.particles.column(Field::Displacement).values());
         let limit = step_limit(solid);
-        let pace = choose_pace(&setup, material, &limit, true)?;
+        let pace = choose_pace(&setup, mechanics, &limit, true)?;
         self.description.scheme = pace.scheme;
         self.description.scheme_reason = pace.reason;
         self.description.shortest_step = pace.adaptive;
@@ -495,20 +497,27 @@ impl Simulation {
 
     /// The largest strain, turn and displacement of this moment; `None` for a body whose law takes them all, or has none.
     pub fn extremes(&mut self) -> Option<Extremes> {
-        let range = self.setup.solid()?.material.range();
-        if range.strain.is_infinite() && range.turn.is_infinite() {
+        let limited: Vec<bool> = self.setup.solid()?.materials().map(|m| m.range().is_limited()).collect();
+        if !limited.contains(&true) {
             return None;
         }
         let (x, u) = (self.particles.column(Field::Reference), self.particles.column(Field::Displacement));
         let (places, moved): (Vec<Vec3>, Vec<Vec3>) =
             (0..self.particles.len()).map(|a| (x.vector(a), u.vector(a))).unzip();
-        let gradients = self.model.dynamics_mut().solid()?.gradient(self.time, u.values());
+        let solid = self.model.dynamics_mut().solid()?;
+        let mut gradients = solid.gradient(self.time, u.values());
+        for (a, gradient) in gradients.iter_mut().enumerate() {
+            if !limited[solid.material_of(a)] {
+                *gradient = Mat3::zeros();
+            }
+        }
         Some(Extremes::new(&places, &moved, &gradients))
     }
 
     /// What to know where `extremes` are beyond what the law of the body is for.
     pub fn beyond_the_law(&self, extremes: &Extremes) -> Option<String> {
-        extremes.note(&*self.setup.solid()?.material, &self.setup.shape.bounds())
+        let limited = self.setup.solid()?.materials().find(|m| m.range().is_limited())?;
+        extremes.note(&**limited, &self.setup.shape.bounds())
     }
 
     /// The state without derived columns.

@@ -33,7 +33,7 @@ pub struct StepLimit {
 
 /// dt_limit = min(2.78 / (T kappa), 2.6 / sqrt(kappa)) about the state of the tangent, 0.6 of it where the law is not linear.
 pub fn step_limit(solid: &mut Solid) -> StepLimit {
-    let relaxation_time = solid.material.relaxation_time();
+    let relaxation_time = solid.relaxation_time();
     let share = if solid.is_linear() { 1.0 } else { STEP_SAFETY };
     limit(largest_eigenvalue(solid), relaxation_time, share)
 }

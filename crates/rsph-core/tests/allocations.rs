@@ -47,7 +47,6 @@ fn a_step_does_not_allocate() {
             Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap()),
             Resolution::Particles(1000),
             SolidSetup {
-                material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap()),
                 boundaries: vec![Boundary {
                     name: None,
                     region: face(0.0, Side::Below),
@@ -58,6 +57,7 @@ fn a_step_does_not_allocate() {
                     kind: LoadKind::Traction { region: face(1.0, Side::Above), traction: Vec3::z() },
                     ramp: Ramp::default(),
                 }],
+                ..SolidSetup::new(Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap()))
             },
         )
     })

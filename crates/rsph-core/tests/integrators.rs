@@ -33,7 +33,6 @@ fn cube(scheme: Scheme, step: TimeStep) -> Setup<SolidSetup> {
             Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap()),
             Resolution::Particles(343),
             SolidSetup {
-                material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.0, 0.2).unwrap()),
                 boundaries: vec![Boundary {
                     name: None,
                     region: plane(0.0, Side::Below),
@@ -44,6 +43,7 @@ fn cube(scheme: Scheme, step: TimeStep) -> Setup<SolidSetup> {
                     kind: LoadKind::Traction { region: plane(1.0, Side::Above), traction: Vec3::z() },
                     ramp: Ramp::default(),
                 }],
+                ..SolidSetup::new(Arc::new(KelvinVoigt::new(1.0, 100.0, 0.0, 0.2).unwrap()))
             },
         )
     }

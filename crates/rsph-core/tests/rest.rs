@@ -29,7 +29,6 @@ fn turned_cube(n: usize, nu: f64, load: f64) -> Simulation {
             Arc::new(MeshShape::new(&mesh, "turned").unwrap().0),
             Resolution::Spacing(1.0 / n as f64),
             SolidSetup {
-                material: Arc::new(NeoHookean::new(1.0, 10.0, nu, 0.0).unwrap()),
                 boundaries: vec![Boundary {
                     name: None,
                     region: beyond(shift, -up),
@@ -37,6 +36,7 @@ fn turned_cube(n: usize, nu: f64, load: f64) -> Simulation {
                     motion: None,
                 }],
                 loads: vec![Load { kind, ramp: Ramp { from: 0.0, to: 1.0 } }],
+                ..SolidSetup::new(Arc::new(NeoHookean::new(1.0, 10.0, nu, 0.0).unwrap()))
             },
         )
     })
@@ -88,7 +88,6 @@ fn a_rod_bends_far_without_false_strain() {
                 Arc::new(BoxShape::new(Vec3::new(length, edge, edge), Vec3::zeros()).unwrap()),
                 Resolution::Spacing(edge / 6.0),
                 SolidSetup {
-                    material: material.unwrap(),
                     boundaries: vec![Boundary {
                         name: None,
                         region: plane(0.0, Side::Below),
@@ -96,6 +95,7 @@ fn a_rod_bends_far_without_false_strain() {
                         motion: None,
                     }],
                     loads: vec![Load { kind, ramp: Ramp::default() }],
+                    ..SolidSetup::new(material.unwrap())
                 },
             )
         })

@@ -601,9 +601,9 @@ fn a_material_is_replaced_as_the_body_moves() {
         (law(50.0, 2.0), "material.density"),
         (Arc::new(KelvinVoigt::new(1.0, 50.0, 0.3, 0.1).unwrap()) as Arc<dyn Material>, "material.model"),
     ] {
-        assert_eq!(body.set_material(material).unwrap_err().key, key);
+        assert_eq!(body.set_material(0, &material).unwrap_err().key, key);
     }
-    body.set_material(law(50.0, 1.0)).unwrap();
+    body.set_material(0, &law(50.0, 1.0)).unwrap();
     // It goes on from where it was, and its energy is accounted for.
     advance(&mut body, 0.05);
     assert!(body.conservation().energy_error.unwrap_or(0.0) < 1e-3, "{:?}", body.conservation());

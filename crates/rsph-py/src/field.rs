@@ -1,10 +1,10 @@
-//! Initial values computed by a Python function.
+//! Initial values and moduli computed by a Python function.
 
 use crate::arrays::{positions, shape_error, vectors};
 use crate::errors::input_error;
 use numpy::{PyArrayLike2, PyUntypedArrayMethods, TypeMustMatch};
 use pyo3::prelude::*;
-use rsph_core::setup::VectorField;
+use rsph_core::setup::{ModulusField, VectorField};
 use rsph_core::tensor::Vec3;
 use std::sync::{Arc, Mutex};
 
@@ -33,6 +33,25 @@ pub fn python_field(key: &'static str, f: Py<PyAny>, trouble: Trouble) -> Vector
         Python::attach(|py| evaluate(py, key, &f, points)).unwrap_or_else(|e| {
             trouble.keep(e);
             vec![Vec3::zeros(); points.len()]
+        })
+    }))
+}
+
+/// The moduli (Pa) that the Python function `f` computes from an array (N, 3) of reference positions. An error of the function goes
+/// to `trouble`, and the moduli are no numbers.
+pub fn python_modulus(f: Py<PyAny>, trouble: Trouble) -> ModulusField {
+    let numbers = move |py: Python<'_>, points: &[Vec3]| -> PyResult<Vec<f64>> {
+        let result = f.bind(py).call1((positions(py, points.iter().map(|p| (*p).into())),))?;
+        let numbers = py.import("numpy")?.call_method1("asarray", (result, "float64"))?;
+        numbers.call_method0("tolist")?.extract().map_err(|_| {
+            let message = format!("`modulus` did not return {} numbers", points.len());
+            input_error(&message, "modulus", None, "return one number (Pa) for each row of the positions")
+        })
+    };
+    ModulusField(Arc::new(move |points: &[Vec3]| {
+        Python::attach(|py| numbers(py, points)).unwrap_or_else(|e| {
+            trouble.keep(e);
+            vec![f64::NAN; points.len()]
         })
     }))
 }

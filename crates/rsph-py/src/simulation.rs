@@ -1,7 +1,7 @@
 //! A running simulation.
 
 use crate::errors;
-use crate::field::{Trouble, python_field};
+use crate::field::{Trouble, python_field, python_modulus};
 use crate::force::PythonForce;
 use crate::history::History;
 use crate::interrupt::{SOON, interruptible};
@@ -117,15 +117,16 @@ impl Listener<'_> {
 #[pymethods]
 impl Simulation {
     /// From the TOML text of a scenario, the shape of the body, and Python functions for the initial
-    /// values that the text does not give.
+    /// values that the text does not give and for the moduli of materials, by their numbers.
     #[new]
-    #[pyo3(signature = (scenario, shape, displacement=None, velocity=None))]
+    #[pyo3(signature = (scenario, shape, displacement=None, velocity=None, moduli=vec![]))]
     fn new(
         py: Python<'_>,
         scenario: String,
         shape: &Shape,
         displacement: Option<Py<PyAny>>,
         velocity: Option<Py<PyAny>>,
+        moduli: Vec<(usize, Py<PyAny>)>,
     ) -> PyResult<Self> {
         let mut setup = scenario::setup(scenario, shape)?;
         let trouble = Trouble::default();
@@ -136,8 +137,21 @@ impl Simulation {
         if let Some(f) = velocity {
             setup.initial.velocity = field("initial_velocity", f);
         }
-        let simulation = interruptible(py, SOON, || (), move || CoreSimulation::new(setup))?;
+        for (k, f) in moduli {
+            let modulus = Some(python_modulus(f, trouble.clone()));
+            let Some(solid) = setup.solid_mut() else { continue };
+            match k.checked_sub(1) {
+                None => solid.modulus = modulus,
+                Some(k) => {
+                    if let Some(part) = solid.parts.get_mut(k) {
+                        part.modulus = modulus;
+                    }
+                }
+            }
+        }
+        let simulation = interruptible(py, SOON, || (), move || CoreSimulation::new(setup));
         trouble.check()?;
+        let simulation = simulation?;
         Ok(Self::new_at_start(simulation.map_err(|e| errors::invalid_input(&e))?, None, Vec::new()))
     }
 
@@ -321,10 +335,26 @@ impl Simulation {
         self.notes.clone()
     }
 
-    /// Goes on with another material, of the scenario text `material`.
-    fn set_material(&self, material: String) -> PyResult<()> {
+    /// Goes on with another material, of the scenario text `material`, in the place of that of this name or of the only one.
+    #[pyo3(signature = (material, name=None))]
+    fn set_material(&self, material: String, name: Option<String>) -> PyResult<()> {
         let material = scenario::material(material)?;
-        self.state()?.simulation.set_material(material).map_err(|e| errors::invalid_input(&e))
+        let mut state = self.state()?;
+        let names: Vec<String> = state
+            .simulation
+            .setup()
+            .solid()
+            .map_or(Vec::new(), |solid| solid.material_names().map(str::to_owned).collect());
+        let k = match &name {
+            None => Some(0),
+            Some(name) => names.iter().position(|n| n == name),
+        };
+        let Some(k) = k else {
+            let name = name.unwrap_or_default();
+            let message = format!("`name` = {name:?}: there is no material of that name");
+            return Err(errors::input_error(&message, "name", Some(&name), &format!("there are {names:?}")));
+        };
+        state.simulation.set_material(k, &material).map_err(|e| errors::invalid_input(&e))
     }
 
     /// What to know where this moment is beyond what the law is for.

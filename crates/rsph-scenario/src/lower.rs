@@ -2,6 +2,7 @@
 //! checked here, at the door.
 
 mod checks;
+mod materials;
 mod motion;
 mod parts;
 mod probes;
@@ -18,6 +19,7 @@ use rsph_core::setup::{
 };
 use rsph_core::shape::BoxShape;
 use rsph_core::tensor::Vec3;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -72,7 +74,9 @@ impl LoadedScenario {
     /// # Errors
     /// The first value that can not be simulated, with its place.
     pub fn lower(&self) -> Result<Job, ScenarioError> {
-        self.lower_on(|| shape_of(self.document(), &self.tables().body, self.base_dir()))
+        self.lower_on(Some(self.base_dir()), || {
+            shape_of(self.document(), &self.tables().body, self.base_dir())
+        })
     }
 
     /// Whether [`LoadedScenario::lower`] would find anything wrong with the tables, without a look at the body's
@@ -83,12 +87,13 @@ impl LoadedScenario {
     pub fn check(&self) -> Result<(), ScenarioError> {
         let any = BoxShape::new(Vec3::repeat(1.0), Vec3::zeros());
         let any = any.map_err(|e| self.document().invalid_input(&e))?;
-        self.lower_on(|| Ok((Arc::new(any), Vec::new()))).map(drop)
+        self.lower_on(None, || Ok((Arc::new(any), Vec::new()))).map(drop)
     }
 
-    /// The job of the body that `shape` finds.
+    /// The job of the body that `shape` finds, with files of its materials read from `folder`, or not read.
     fn lower_on(
         &self,
+        folder: Option<&Path>,
         shape: impl FnOnce() -> Result<FoundShape, ScenarioError>,
     ) -> Result<Job, ScenarioError> {
         let (doc, tables) = (self.document(), self.tables());
@@ -96,7 +101,7 @@ impl LoadedScenario {
         let time_step = time_step(doc, &tables.time)?;
         let frame_interval = frame_interval(doc, tables)?;
         let checkpoint = cadence(doc, tables)?;
-        let mechanics = motion::mechanics(doc, tables)?;
+        let mechanics = motion::mechanics(doc, tables, folder)?;
         let resolution = resolution(doc, &tables.body)?;
         let remesh = motion::remesh(doc, tables, &mechanics)?;
         let solver = solver(doc, &tables.solver, &mechanics)?;

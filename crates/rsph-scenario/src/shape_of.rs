@@ -25,7 +25,7 @@ pub type FoundShape = (Arc<dyn Shape>, Vec<String>);
 pub fn shape_of(doc: &Document, body: &BodyTable, base_dir: &Path) -> Result<FoundShape, ScenarioError> {
     let place = KeyPath::from("body");
     match (&body.shape, &body.labelmap) {
-        (Some(shape), None) => of_table(doc, shape, base_dir),
+        (Some(shape), None) => of_table(doc, &place.key("shape"), shape, base_dir),
         (None, Some(LabelMapValue(image))) => of_image(doc, image, base_dir),
         (Some(_), Some(_)) => Err(doc.error(
             &place.key("labelmap"),
@@ -53,23 +53,77 @@ fn of_image(doc: &Document, image: &LabelMapTable, base_dir: &Path) -> Result<Fo
         ));
     }
     let file = base_dir.join(&image.path);
-    let read = read_label(&file, image.label).map_err(|e| {
-        let problem = format!("{}: {}", e.path.display(), e.problem);
-        doc.error(&place.key("path"), problem, e.remedy)
-    })?;
-    let axes = match image.axes {
-        AxesName::Image => Axes::Image,
-        AxesName::Organ => Axes::Organ,
+    let labels = labels(doc, image)?;
+    let mut runs = Vec::new();
+    let mut whole = None;
+    for (label, _) in &labels {
+        let read = read_label(&file, *label).map_err(|e| {
+            let problem = format!("{}: {}", e.path.display(), e.problem);
+            doc.error(&place.key("path"), problem, e.remedy)
+        })?;
+        runs.extend_from_slice(&read.runs);
+        whole = Some(read);
+    }
+    let Some(read) = whole else {
+        return Err(doc.error(
+            &place.key("labels"),
+            "is empty",
+            crate::scenario::remedy_at(&place.key("labels")),
+        ));
     };
     let name = file.file_name().unwrap_or_default().to_string_lossy();
-    let name = format!("label {} of {name}", image.label);
-    let (shape, notes) = voxel_shape(&read.runs, read.size, &read.placement(image.scale, axes), &name)
-        .map_err(|e| doc.invalid_input(&e))?;
+    let numbers: Vec<String> = labels.iter().map(|(label, _)| label.to_string()).collect();
+    let word = if numbers.len() > 1 { "labels" } else { "label" };
+    let name = format!("{word} {} of {name}", numbers.join(", "));
+    let (shape, notes) =
+        voxel_shape(&runs, read.size, &read.placement(image.scale, axes_of(image.axes)), &name)
+            .map_err(|e| doc.invalid_input(&e))?;
     Ok((Arc::new(shape), notes))
 }
 
+/// The labels of the body with their names; a single one has none.
+///
+/// # Errors
+/// Numbers that are none, or both ways to give them.
+pub fn labels(doc: &Document, image: &LabelMapTable) -> Result<Vec<(u32, Option<String>)>, ScenarioError> {
+    let place = KeyPath::from("body.labelmap");
+    let Some(labels) = &image.labels else { return Ok(vec![(image.label.unwrap_or(1), None)]) };
+    if image.label.is_some() {
+        return Err(doc.error(
+            &place.key("labels"),
+            "`label` and `labels` exclude each other: each says which voxels are the body",
+            "remove one of the two",
+        ));
+    }
+    let number = |(number, name): (&String, &String)| match number.parse() {
+        Ok(label) if label > 0 => Ok((label, Some(name.clone()))),
+        _ => Err(doc.error(
+            &place.key("labels"),
+            format!("\"{number}\" is no label: a whole number, 1 or more, is"),
+            crate::scenario::remedy_at(&place.key("labels")),
+        )),
+    };
+    labels.iter().map(number).collect()
+}
+
+/// Axes of an image's body.
+pub fn axes_of(axes: AxesName) -> Axes {
+    match axes {
+        AxesName::Image => Axes::Image,
+        AxesName::Organ => Axes::Organ,
+    }
+}
+
 /// The shape that has words in a scenario.
-fn of_table(doc: &Document, shape: &ShapeTable, base_dir: &Path) -> Result<FoundShape, ScenarioError> {
+///
+/// # Errors
+/// A size out of range, or a mesh that can not be read or shows no body.
+pub fn of_table(
+    doc: &Document,
+    place: &KeyPath,
+    shape: &ShapeTable,
+    base_dir: &Path,
+) -> Result<FoundShape, ScenarioError> {
     let refused = |e| doc.invalid_input(&e);
     let plain = |shape: Arc<dyn Shape>| Ok((shape, Vec::new()));
     match shape {
@@ -91,7 +145,7 @@ fn of_table(doc: &Document, shape: &ShapeTable, base_dir: &Path) -> Result<Found
         }
         ShapeTable::Organ(name) => plain(Arc::new(organ(&name.0).map_err(refused)?)),
         ShapeTable::Mesh { path, scale, repair } => {
-            let place = KeyPath::from("body.shape.mesh");
+            let place = place.key("mesh");
             if *scale <= 0.0 {
                 return Err(doc.error(
                     &place.key("scale"),

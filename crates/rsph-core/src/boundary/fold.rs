@@ -291,7 +291,13 @@ impl Folds {
     }
 
     /// Finds the images of particles with these volumes on the lattice with the mirrors.
-    pub fn take_images(&mut self, lattice: &Lattice, volume: impl Fn(usize) -> f64) {
+    /// `modulus` is that of the hourglass term of every particle, in units of kappa.
+    pub fn take_images(
+        &mut self,
+        lattice: &Lattice,
+        volume: impl Fn(usize) -> f64,
+        modulus: impl Fn(usize) -> f64,
+    ) {
         let mut links: Vec<Link> = lattice
             .images
             .iter()
@@ -301,7 +307,7 @@ impl Folds {
                 let seen = lattice.neighbours.iter().filter_map(|n| lattice.seen(a, n).map(|s| (s, n.w)));
                 let springs: f64 = seen
                     .filter(|(seen, _)| seen.mirrors == image.mirrors)
-                    .map(|(seen, w)| volume(seen.particle) * w)
+                    .map(|(seen, w)| volume(seen.particle) * w * 0.5 * (modulus(a) + modulus(seen.particle)))
                     .sum();
                 let (volume, place) = (volume(a), (tile as u32, lane as u8));
                 let (particle, mirrors) = (image.particle, image.mirrors);

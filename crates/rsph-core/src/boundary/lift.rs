@@ -41,6 +41,8 @@ struct HeldCluster {
     mass: Matrix4<f64>,
     /// Its particles among the pairs.
     pairs: Range<usize>,
+    /// beta E / dx.
+    penalty: f64,
 }
 
 /// A particle at a cluster, with the coefficients of phi_a = coefficients . p(x).
@@ -64,8 +66,6 @@ pub struct Lift {
     particles: Vec<u32>,
     starts: Vec<usize>,
     by_particle: Vec<Pair>,
-    /// beta E / dx.
-    penalty: f64,
     /// u_D of every boundary, and its rate.
     target: Vec<Vec3>,
     rate: Vec<Vec3>,
@@ -80,13 +80,13 @@ pub struct Lift {
 }
 
 impl Lift {
-    /// What boundaries that hold as `holds` says hold of `surface`, by a fold or by a lift, of a body with Young's modulus E
-    /// and particles dx apart.
+    /// What boundaries that hold as `holds` says hold of `surface`, by a fold or by a lift, of a body with particles of Young's
+    /// modulus E that are dx apart.
     pub fn new(
         surface: &SurfaceQuadrature,
         holds: &[Hold],
         folds: Folds,
-        young_modulus: f64,
+        young_modulus: impl Fn(usize) -> f64,
         spacing: f64,
     ) -> Self {
         let is_lifted = |c: &Cluster| !c.held.is_empty() && !c.is_folded(&folds);
@@ -131,7 +131,7 @@ impl Lift {
             .enumerate()
             .map(|(k, cluster)| held_cluster(surface, cluster, end[k]..end[k + 1]))
             .collect();
-        Self {
+        let mut lift = Self {
             residual: vec![Matrix4x3::zeros(); clusters.len()],
             moment: vec![Matrix4x3::zeros(); clusters.len()],
             value: vec![Vec3::zeros(); particles.len()],
@@ -141,9 +141,10 @@ impl Lift {
             particles,
             starts,
             by_particle,
-            penalty: penalty(young_modulus, spacing),
             ..Self::folded(holds, folds)
-        }
+        };
+        lift.set_young_modulus(young_modulus, spacing);
+        lift
     }
 
     /// Held by `folds` alone, for boundaries that hold as `holds` says.
@@ -158,9 +159,18 @@ impl Lift {
         }
     }
 
-    /// Goes on for a body with another Young's modulus E, with particles dx apart.
-    pub fn set_young_modulus(&mut self, young_modulus: f64, spacing: f64) {
-        self.penalty = penalty(young_modulus, spacing);
+    /// Goes on for a body with another Young's modulus E of every particle, dx apart.
+    pub fn set_young_modulus(&mut self, young_modulus: impl Fn(usize) -> f64, spacing: f64) {
+        let moduli: Vec<f64> = self.particles.iter().map(|a| young_modulus(*a as usize)).collect();
+        for cluster in &mut self.clusters {
+            let (mut sum, mut weights) = (0.0, 0.0);
+            for pair in &self.by_cluster[cluster.pairs.clone()] {
+                // The value of phi at the centre.
+                let weight = pair.phi[0].abs();
+                (sum, weights) = (sum + weight * moduli[pair.other as usize], weights + weight);
+            }
+            cluster.penalty = PENALTY * sum / (weights.max(f64::MIN_POSITIVE) * spacing);
+        }
     }
 
     /// Whether nothing is lifted.
@@ -238,24 +248,14 @@ impl Lift {
 
     /// From the stresses of the particles (first Piola-Kirchhoff's) to the forces on them, which [`Lift::forces`] gives.
     pub fn react(&mut self, stress: impl Fn(usize) -> Mat3 + Sync) {
-        let Self {
-            clusters,
-            by_cluster,
-            particles,
-            starts,
-            by_particle,
-            penalty,
-            residual,
-            value,
-            gradient,
-            ..
-        } = self;
+        let Self { clusters, by_cluster, particles, starts, by_particle, residual, value, gradient, .. } =
+            self;
         (&mut *gradient, &*particles)
             .into_par_iter()
             .with_min_len(GATHER)
             .for_each(|(sigma, a)| *sigma = stress(*a as usize));
         (&mut *residual, &*clusters).into_par_iter().with_min_len(TASK).for_each(|(r, cluster)| {
-            let mut traction = *r * *penalty;
+            let mut traction = *r * cluster.penalty;
             for pair in &by_cluster[cluster.pairs.clone()] {
                 let t = gradient[pair.other as usize] * cluster.normal;
                 traction += pair.phi * t.transpose();
@@ -302,9 +302,10 @@ impl Lift {
 
     /// Energy of the penalty, after [`Lift::lift`].
     pub fn energy(&self) -> f64 {
-        let of_cluster =
-            |(cluster, r): (&HeldCluster, &Matrix4x3<f64>)| (r.transpose() * cluster.mass * r).trace();
-        0.5 * self.penalty * self.clusters.iter().zip(&self.residual).map(of_cluster).sum::<f64>()
+        let of_cluster = |(cluster, r): (&HeldCluster, &Matrix4x3<f64>)| {
+            0.5 * cluster.penalty * (r.transpose() * cluster.mass * r).trace()
+        };
+        self.clusters.iter().zip(&self.residual).map(of_cluster).sum()
     }
 
     /// Places on held parts with the projector on what is held there and their areas.
@@ -350,16 +351,11 @@ impl Lift {
             .iter()
             .map(|pair| {
                 let cluster = &self.clusters[pair.other as usize];
-                let stiffness = self.penalty * pair.phi.dot(&(cluster.mass * pair.phi));
+                let stiffness = cluster.penalty * pair.phi.dot(&(cluster.mass * pair.phi));
                 cluster.projector * stiffness
             })
             .sum()
     }
-}
-
-/// beta E / dx.
-fn penalty(young_modulus: f64, spacing: f64) -> f64 {
-    PENALTY * young_modulus / spacing
 }
 
 /// A held cluster of `surface` with its pairs.
@@ -380,5 +376,6 @@ fn held_cluster(surface: &SurfaceQuadrature, cluster: &Cluster, pairs: Range<usi
         normal: cluster.normal,
         mass,
         pairs,
+        penalty: 0.0,
     }
 }

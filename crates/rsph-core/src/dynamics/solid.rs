@@ -3,9 +3,11 @@
 //! and a free surface needs no force of its own (Eq. 14).
 
 mod constants;
+mod contrast;
 mod correction;
 mod hourglass;
 mod law;
+mod materials;
 mod stress;
 mod sweeps;
 
@@ -17,15 +19,17 @@ use crate::boundary::lift::Lift;
 use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::surface_quadrature::SurfaceQuadrature;
 use crate::lattice::{Lattice, reflection};
-use crate::material::{Law, Material, Stiffness};
+use crate::material::{Composition, Material};
 use crate::moments::Moments;
 use crate::ops::PAIR_COMPONENTS;
 use crate::particles::{Column, Field, Particles};
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use crate::tiles::Tile;
 use constants::Constants;
+use contrast::Contrast;
 use correction::{Correction, GENERAL, Row, Surroundings};
 use hourglass::Memory;
+use materials::Materials;
 use rayon::prelude::*;
 use std::sync::Arc;
 use stress::State;
@@ -49,14 +53,12 @@ pub struct Solid {
     pub loads: Vec<NodalLoad>,
     /// Mass of each particle.
     pub mass: Arc<Vec<f64>>,
-    /// Constitutive law.
-    pub material: Arc<dyn Material>,
-    /// kappa: modulus of the hourglass term (Pa).
+    /// Constitutive laws, by place.
+    pub(crate) materials: Arc<Materials>,
+    /// kappa: modulus of the hourglass term (Pa), in the first of the materials; in others it goes with Young's modulus.
     pub hourglass: f64,
-    /// Stiffness of the undeformed material.
-    pub stiffness: Stiffness,
-    /// Whether this is the law at any strain.
-    linear: bool,
+    /// Between particles of different moduli, if there are any.
+    contrast: Option<Contrast>,
     /// A particle that is turned inside out.
     inverted: Option<usize>,
     constants: Constants,
@@ -111,8 +113,7 @@ impl Solid {
             remesh_gradient: Vec::new(),
             mass: Arc::new(volume.iter().map(|v| v * material.density()).collect()),
             hourglass,
-            stiffness: material.stiffness(),
-            linear: matches!(material.law(), Law::Linear(_)),
+            contrast: None,
             inverted: None,
             constants: Constants::new(&lattice, volume),
             correction: Correction::default(),
@@ -121,9 +122,30 @@ impl Solid {
             lift: Lift::default(),
             fixed,
             loads: Vec::new(),
-            material,
+            materials: Arc::new(Materials::uniform(material)),
             work,
         }
+    }
+
+    /// The same body made of several `materials`, of which `cells` says what each particle holds. Its first material is that of
+    /// [`Solid::new`].
+    #[must_use]
+    pub fn made_of(mut self, materials: Vec<Arc<dyn Material>>, cells: Vec<Composition>) -> Self {
+        let volumes = self.volumes();
+        let materials = Materials::by_place(materials, cells, &self.lattice.tiles);
+        self.mass = Arc::new(volumes.iter().enumerate().map(|(a, v)| v * materials.density(a)).collect());
+        self.set_materials(materials);
+        self.linearise_undeformed();
+        self
+    }
+
+    /// Volume of every particle.
+    fn volumes(&self) -> Vec<f64> {
+        let of = |a: usize| {
+            let (t, lane) = self.lattice.tiles.place(a);
+            self.constants.volume(t)[lane]
+        };
+        (0..self.len()).map(of).collect()
     }
 
     /// The same body remeshed on a lattice where it had been deformed: `gradients` are F = d xi / d X of each particle, by which
@@ -155,14 +177,17 @@ impl Solid {
         if folds.is_empty() {
             return self;
         }
-        let of = |a: usize| {
-            let (t, lane) = self.lattice.tiles.place(a);
-            self.constants.volume(t)[lane]
-        };
-        let volume: Vec<f64> = (0..self.len()).map(of).collect();
+        let volume = self.volumes();
         self.lattice = self.lattice.mirrored(&folds.mirrors());
-        folds.take_images(&self.lattice, |a| volume[a]);
         self.constants = Constants::new(&self.lattice, &volume);
+        let materials = (*self.materials).clone().on(&self.lattice.tiles);
+        let tiles = &self.lattice.tiles;
+        let modulus = |a: usize| {
+            let (t, lane) = tiles.place(a);
+            materials.modulus(t, lane)
+        };
+        folds.take_images(&self.lattice, |a| volume[a], modulus);
+        self.set_materials(materials);
         self.work.q = self.lattice.tiles.field(3);
         self.work.pair = self.lattice.tiles.field(PAIR_COMPONENTS);
         self.lift = Lift::folded(holds, folds);
@@ -183,7 +208,9 @@ impl Solid {
         let spacing = self.lattice.spacing;
         let folds = std::mem::take(&mut *self.lift.folds);
         let wanted = surface.area_vectors(self.len(), &folds);
-        self.lift = Lift::new(surface, holds, folds, self.material.young_modulus(), spacing);
+        let tiles = &self.lattice.tiles;
+        let modulus = |a: usize| self.materials.young_modulus_of(tiles.place(a));
+        self.lift = Lift::new(surface, holds, folds, modulus, spacing);
         let flagged = correction::near_surface(&self.lattice, cut);
         let remesh_gradients = self.remesh_gradients();
         self.correction = Correction::new(&Surroundings {
@@ -200,7 +227,7 @@ impl Solid {
             let gradients = self.straightened(&remesh_gradients, positions);
             self = self.remeshed(&gradients);
         }
-        if !remesh_gradients.is_empty() && !self.linear {
+        if !remesh_gradients.is_empty() && !self.is_linear() {
             self.memory =
                 Some(Memory::new(&self.lattice, &self.lift.folds.following, &self.constants, positions));
             self.work.products = self.lattice.tiles.field(GENERAL);
@@ -281,7 +308,7 @@ impl Solid {
     /// Components that are held get zero.
     pub fn apply(&mut self, scales: Scales, x: &[f64], y: &mut [f64]) {
         let n = self.len();
-        let (m, c) = (scales.mass, scales.of_stiffness(self.material.relaxation_time()));
+        let (m, c) = (scales.mass, scales.of_stiffness(self.relaxation_time()));
         self.lift.rest();
         self.spread(x, None);
         self.tangent_sweep(scales);
@@ -315,7 +342,7 @@ impl Solid {
     /// Strain e = sym grad u of every particle, component by component (6 n values).
     pub fn strain(&mut self, t: f64, u: &[f64]) -> Vec<f64> {
         self.spread_displacement(t, u);
-        self.visit_sums(false, |_, sums| {
+        self.visit_sums(false, |_, _, sums| {
             let mut out = [0.0; PAIR_COMPONENTS];
             out[..6].copy_from_slice(&SymTensor::symmetric_part(&sums.deformation).0);
             out
@@ -328,7 +355,7 @@ impl Solid {
     /// [`with_surface`](Self::with_surface).
     pub fn gradient(&mut self, t: f64, u: &[f64]) -> Vec<Mat3> {
         self.spread_displacement(t, u);
-        self.visit_sums(false, |_, sums| {
+        self.visit_sums(false, |_, _, sums| {
             std::array::from_fn(|i| if i < 9 { sums.gradient[(i / 3, i % 3)] } else { 0.0 })
         });
         let (n, values) = (self.len(), self.gather_pair(0..9));
@@ -409,7 +436,9 @@ impl Dynamics for Solid {
     }
 
     fn derive(&mut self, t: f64, particles: &mut Particles) {
-        self.derive_some(t, &[Field::Density, Field::Strain, Field::Stress, Field::VonMises], particles);
+        let wanted = [Field::Density, Field::Strain, Field::Stress, Field::VonMises, Field::Material];
+        let several = self.materials.is_several();
+        self.derive_some(t, &wanted[..if several { 5 } else { 4 }], particles);
     }
 
     fn derive_some(&mut self, t: f64, wanted: &[Field], particles: &mut Particles) {
@@ -417,6 +446,10 @@ impl Dynamics for Solid {
         let wants = |field| wanted.contains(&field);
         let u = particles.column(Field::Displacement).clone();
         let v = particles.column(Field::Velocity).clone();
+        if wants(Field::Material) {
+            let numbers = (0..n).map(|a| self.material_of(a) as f64).collect();
+            particles.set(Field::Material, Column::from_vec(numbers, n));
+        }
         let wants_stress = wants(Field::Stress) || wants(Field::VonMises);
         let [strain, stress] = self.strain_and_stress(t, u.values(), wants_stress.then(|| v.values()));
         if wants(Field::Strain) || wants(Field::Density) {

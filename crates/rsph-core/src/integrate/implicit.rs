@@ -118,7 +118,7 @@ impl Implicit {
             return Err((FailureKind::NotConverged, "this body has no stiffness to solve with".into()));
         };
         // Without inertia and with a constant load the velocity dies out like this.
-        let guess = -1.0 / (c + solid.material.relaxation_time());
+        let guess = -1.0 / (c + solid.relaxation_time());
         crate::solve::sums::combine(guess, velocity.values(), 0.0, &mut self.acceleration);
         solid.fixed.zero(&mut self.acceleration, particles.len());
         drop(velocity);

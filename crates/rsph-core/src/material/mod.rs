@@ -1,5 +1,6 @@
 //! Materials. One model a file, plus one line in [`REGISTRY`].
 
+mod composition;
 mod corotated;
 mod damped;
 mod damping;
@@ -9,14 +10,18 @@ mod holzapfel_gasser_ogden;
 mod hyperelastic;
 mod isochoric;
 mod kelvin_voigt;
+mod laminate;
 mod model;
 mod mooney_rivlin;
 mod neo_hookean;
 mod ogden;
 mod saint_venant_kirchhoff;
+mod scaled;
 mod veronda_westmann;
 mod yeoh;
 
+pub use composition::Composition;
+pub(crate) use composition::Palette;
 pub use corotated::Corotated;
 pub(crate) use corotated::rotation_of;
 pub use damped::Damped;
@@ -26,11 +31,13 @@ pub use holzapfel_gasser_ogden::HolzapfelGasserOgden;
 pub use hyperelastic::{Formula, Hyperelastic};
 pub use isochoric::{Invariants, Isochoric};
 pub use kelvin_voigt::KelvinVoigt;
+pub use laminate::Interface;
 pub use model::{Kind, Model, Parameter, Values, model, models, register};
 pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::NeoHookean;
 pub use ogden::Ogden;
 pub use saint_venant_kirchhoff::SaintVenantKirchhoff;
+pub(crate) use scaled::Scaled;
 pub use veronda_westmann::VerondaWestmann;
 pub use yeoh::Yeoh;
 
@@ -81,6 +88,13 @@ pub struct Range {
     pub strain: f64,
     /// Largest angle of a rotation (rad).
     pub turn: f64,
+}
+
+impl Range {
+    /// Whether there is a deformation that it is not for.
+    pub fn is_limited(&self) -> bool {
+        self.strain.is_finite() || self.turn.is_finite()
+    }
 }
 
 /// Strain and turn (rad) up to which a linear law is right to a few per cent: 5 % and 5 degrees.
@@ -198,6 +212,14 @@ impl Stiffness {
     /// Shear modulus (Pa), the mean of those in the planes of the axes.
     pub fn shear_modulus(&self) -> f64 {
         (3..6).map(|i| self.0[i][i]).sum::<f64>() / 6.0
+    }
+}
+
+impl std::ops::Mul<f64> for Stiffness {
+    type Output = Self;
+
+    fn mul(self, k: f64) -> Self {
+        Self(self.0.map(|row| row.map(|c| c * k)))
     }
 }
 

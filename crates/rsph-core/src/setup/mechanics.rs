@@ -1,6 +1,6 @@
 //! What moves the particles, and remeshing.
 
-use super::{Boundary, InteractionSetting, Load};
+use super::{Boundary, InteractionSetting, Load, MaterialPart, ModulusField};
 use crate::flow::Flow;
 use crate::kernel::RemeshKernel;
 use crate::material::Material;
@@ -20,8 +20,14 @@ pub enum Mechanics {
 /// What only a solid has.
 #[derive(Clone, Debug)]
 pub struct SolidSetup {
-    /// Of what.
+    /// Of what, where no part says otherwise.
     pub material: Arc<dyn Material>,
+    /// Its name in results of a body of several materials.
+    pub material_name: String,
+    /// Its modulus where that differs from place to place.
+    pub modulus: Option<ModulusField>,
+    /// Other materials by place; each lies over those before it.
+    pub parts: Vec<MaterialPart>,
     /// What is held.
     pub boundaries: Vec<Boundary>,
     /// What pushes.
@@ -31,7 +37,38 @@ pub struct SolidSetup {
 impl SolidSetup {
     /// A free body.
     pub fn new(material: Arc<dyn Material>) -> Self {
-        Self { material, boundaries: Vec::new(), loads: Vec::new() }
+        let material_name = material.name().to_owned();
+        let (parts, boundaries, loads) = (Vec::new(), Vec::new(), Vec::new());
+        Self { material, material_name, modulus: None, parts, boundaries, loads }
+    }
+
+    /// All materials, that of the rest of the body first.
+    pub fn materials(&self) -> impl Iterator<Item = &Arc<dyn Material>> {
+        std::iter::once(&self.material).chain(self.parts.iter().map(|part| &part.material))
+    }
+
+    /// Names of [`materials`](Self::materials).
+    pub fn material_names(&self) -> impl Iterator<Item = &str> {
+        std::iter::once(&*self.material_name).chain(self.parts.iter().map(|part| &*part.name))
+    }
+
+    /// The longest relaxation time of its materials (s).
+    pub fn relaxation_time(&self) -> f64 {
+        self.materials().map(|m| m.relaxation_time()).fold(0.0, f64::max)
+    }
+
+    /// Puts a material in the place of number `k` of [`materials`](Self::materials).
+    pub fn set_material(&mut self, k: usize, material: &Arc<dyn Material>) {
+        if k == 0 {
+            self.material = Arc::clone(material);
+        } else if let Some(part) = self.parts.get_mut(k - 1) {
+            part.material = Arc::clone(material);
+        }
+    }
+
+    /// Whether material differs from place to place.
+    pub fn is_by_place(&self) -> bool {
+        self.modulus.is_some() || !self.parts.is_empty()
     }
 }
 

@@ -4,8 +4,9 @@ use super::Description;
 use super::model::Moment;
 use crate::error::{Failure, FailureKind, InvalidInput};
 use crate::material::Material;
-use crate::setup::{Scheme, Setup, Solver};
+use crate::setup::{Scheme, Setup, SolidSetup, Solver};
 use crate::tensor::Vec3;
+use std::sync::Arc;
 
 /// Share of the first time step below which remeshing may not bring it: such a run does not get anywhere.
 pub(super) const SHORTEST_STEP: f64 = 1e-3;
@@ -40,9 +41,10 @@ pub(super) fn check_solver(solver: &Solver) -> Result<(), InvalidInput> {
     Ok(())
 }
 
-/// (lambda + 2 mu) / mu if the material is nearly incompressible.
-pub(super) fn incompressibility(material: &dyn Material) -> Option<f64> {
-    let ratio = material.p_wave_modulus() / material.shear_modulus();
+/// (lambda + 2 mu) / mu of the material for which it is largest, if that is nearly incompressible.
+pub(super) fn incompressibility(solid: &SolidSetup) -> Option<f64> {
+    let of = |m: &Arc<dyn Material>| m.p_wave_modulus() / m.shear_modulus();
+    let ratio = solid.materials().map(of).fold(0.0, f64::max);
     (ratio > NEARLY_INCOMPRESSIBLE).then_some(ratio)
 }
 
@@ -64,7 +66,7 @@ pub(super) fn with_cause(mut failure: Failure, setup: &Setup, d: &Description, d
             dt / d.dt_limit,
             d.dt_limit
         );
-        if let Some(ratio) = setup.solid().and_then(|solid| incompressibility(&*solid.material)) {
+        if let Some(ratio) = setup.solid().and_then(incompressibility) {
             failure.what = format!("{}: {}", failure.what, about_incompressibility(ratio));
         }
         failure.remedy = "take `time.dt = \"auto\"`, and no `time.allow_unstable`".into();
@@ -122,7 +124,10 @@ mod tests {
 
     #[test]
     fn a_poisson_ratio_near_one_half_is_noticed() {
-        let of = |nu: f64| incompressibility(&KelvinVoigt::new(1.0, 100.0, nu, 0.1).unwrap());
+        let of = |nu: f64| {
+            let material = Arc::new(KelvinVoigt::new(1.0, 100.0, nu, 0.1).unwrap());
+            incompressibility(&SolidSetup::new(material))
+        };
         assert!(of(0.3).is_none() && of(0.48).is_none());
         // (lambda + 2 mu) / mu = 2 (1 - nu) / (1 - 2 nu)
         assert!((of(0.4999).unwrap() / 5001.0 - 1.0).abs() < 1e-6);

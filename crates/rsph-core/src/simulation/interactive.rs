@@ -43,14 +43,14 @@ impl Simulation {
         Ok(())
     }
 
-    /// Goes on with another material, of the same density, under a linear law as before or under any other as before: for moduli that
+    /// Goes on with another material in the place of number `k` of [`SolidSetup::materials`], of the same density, under a linear law as before or under any other as before: for moduli that
     /// are tried out as a body moves. What its energy changes by counts as work.
     ///
     /// # Errors
     /// `material` when it is of another density or kind, or the body keeps its own; `time.dt` when a given step is too long for it.
     /// Nothing has changed then.
-    pub fn set_material(&mut self, material: Arc<dyn Material>) -> Result<(), InvalidInput> {
-        let before = self.setup.solid().map(|solid| Arc::clone(&solid.material));
+    pub fn set_material(&mut self, k: usize, material: &Arc<dyn Material>) -> Result<(), InvalidInput> {
+        let before = self.setup.solid().and_then(|solid| solid.materials().nth(k).cloned());
         if let Some(before) = &before {
             let is_linear = |m: &dyn Material| m.law().finite_strain().is_none();
             if before.density().to_bits() != material.density().to_bits() {
@@ -61,7 +61,17 @@ impl Simulation {
                     "start a new simulation for another density",
                 ));
             }
-            if is_linear(&**before) != is_linear(&*material) {
+            let several = self.setup.solid().is_some_and(|solid| !solid.parts.is_empty());
+            let [was, is] = [before, material].map(|m| m.relaxation_time());
+            if several && is_linear(&**material) && was.to_bits() != is.to_bits() {
+                return Err(InvalidInput::new(
+                    "material.relaxation_time",
+                    is,
+                    format!("must stay what it is, {was}, beside other materials"),
+                    "start a new simulation for another relaxation time",
+                ));
+            }
+            if is_linear(&**before) != is_linear(&**material) {
                 return Err(InvalidInput::new(
                     "material.model",
                     material.name(),
@@ -74,14 +84,14 @@ impl Simulation {
             }
         }
         let energy = self.energy();
-        self.model.set_material(&material)?;
+        self.model.set_material(k, material)?;
         if let Some(solid) = self.setup.solid_mut() {
-            solid.material = material;
+            solid.set_material(k, material);
         }
         if let Err(error) = self.set_integration(self.setup.integration, self.setup.time_step) {
             if let (Some(solid), Some(before)) = (self.setup.solid_mut(), before) {
-                self.model.set_material(&before)?;
-                solid.material = before;
+                self.model.set_material(k, &before)?;
+                solid.set_material(k, &before);
             }
             return Err(error);
         }

@@ -55,11 +55,12 @@ pub(super) trait Model: DynClone + std::fmt::Debug + Send + Sync {
         ))
     }
 
-    /// Takes another material, of the same density and linear if the one before is.
+    /// Takes another material in the place of number `k`, of the same density and linear if the one before is.
     ///
     /// # Errors
     /// A body whose material is what it is; it stays as it was.
-    fn set_material(&mut self, material: &Arc<dyn Material>) -> Result<(), InvalidInput> {
+    fn set_material(&mut self, k: usize, material: &Arc<dyn Material>) -> Result<(), InvalidInput> {
+        let _ = k;
         Err(InvalidInput::new(
             "material",
             material.name(),

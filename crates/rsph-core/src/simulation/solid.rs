@@ -3,6 +3,7 @@
 mod assemble;
 mod held;
 mod level_set;
+mod materials;
 mod plane;
 mod remesh;
 mod state;
@@ -111,7 +112,8 @@ impl Matter {
         match setup.solver.formulation {
             Formulation::Adjoint => Self::Adjoint(Box::new(solid)),
             Formulation::Paper => {
-                let Solid { material, mass, fixed, loads, lattice, .. } = solid;
+                let Solid { mass, fixed, loads, lattice, .. } = solid;
+                let material = Arc::clone(&setup.mechanics.material);
                 let (dx, smoothing) = (lattice.spacing, setup.solver.smoothing);
                 Self::Paper(Box::new(Paper::new(material, mass.to_vec(), dx, smoothing, fixed, loads)))
             }
@@ -174,8 +176,11 @@ impl SolidBody {
             solid = solid.with_surface(&quadrature, held.holds(), &lattice_particles.cut, &positions);
         }
         solid.loads = lattice_particles.loads(setup, &solid, (surface, &quadrature), &held)?;
-        let mut reading = (!is_paper)
-            .then(|| SurfaceReading::new(shape, &held, &quadrature.points(), &zero_surface.vertices, dx));
+        let mut reading = if is_paper {
+            None
+        } else {
+            Some(SurfaceReading::new(setup, &held, &quadrature.points(), &zero_surface.vertices, dx)?)
+        };
         drop(quadrature);
         let cloud = Cloud::new(&positions, &lattice_particles.volume, dx).in_dimension(shape.dimension());
         let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
@@ -187,10 +192,10 @@ impl SolidBody {
         let probes = setup.probes.iter().enumerate().map(probe).collect::<Result<Vec<_>, _>>()?;
         let fits = SurfaceFits::new(&cloud, &zero_surface.vertices, reading.as_ref(), Arc::default());
         if let (Some(reading), false) = (&mut reading, setup.initial.displacement.is_zero())
-            && setup.mechanics.material.relaxation_time() > 0.0
+            && solid.relaxation_time() > 0.0
         {
             let u = setup.initial.displacement.at_all(&positions);
-            reading.start_from(&*setup.mechanics.material, (&cloud, &fits.gradients), |a| u[a]);
+            reading.start_from(&setup.mechanics, (&cloud, &fits.gradients), |a| u[a]);
         }
         drop(cloud);
 
@@ -205,7 +210,7 @@ impl SolidBody {
             ));
         }
         let limit = step_limit(&mut solid);
-        let pace = choose_pace(setup, &*setup.mechanics.material, &limit, !is_paper)?;
+        let pace = choose_pace(setup, &setup.mechanics, &limit, !is_paper)?;
         let description = described(setup, (&solid, &lattice_particles.volume), &limit, pace, notes);
         let particles = starting_particles(setup, &lattice_particles, &mut solid, level_set);
         let mut matter = Matter::new(setup, solid);
@@ -391,7 +396,7 @@ impl Model for SolidBody {
         Ok(())
     }
 
-    fn set_material(&mut self, material: &Arc<dyn Material>) -> Result<(), InvalidInput> {
+    fn set_material(&mut self, k: usize, material: &Arc<dyn Material>) -> Result<(), InvalidInput> {
         let Matter::Adjoint(solid) = &mut self.matter else {
             return Err(InvalidInput::new(
                 "material",
@@ -400,9 +405,11 @@ impl Model for SolidBody {
                 "take `formulation = \"adjoint\"`",
             ));
         };
-        let hourglass = self.setup.solver.hourglass_modulus(material.young_modulus());
-        solid.set_material(Arc::clone(material), hourglass);
-        self.setup.mechanics.material = Arc::clone(material);
+        let mut mechanics = self.setup.mechanics.clone();
+        mechanics.set_material(k, material);
+        let hourglass = self.setup.solver.hourglass_modulus(mechanics.material.young_modulus());
+        solid.set_material(k, Arc::clone(material), hourglass);
+        self.setup.mechanics = mechanics;
         Ok(())
     }
 
@@ -466,7 +473,7 @@ impl Model for SolidBody {
         if let Some(reading) = self.reading.as_ref().filter(|_| snapshot.particles.has(Field::Strain)) {
             let loading = Loading::of(&self.setup, self.boundary_surface(), self.spacing);
             let (u, v) = (snapshot.column(Field::Displacement), snapshot.column(Field::Velocity));
-            let relaxation_time = self.setup.mechanics.material.relaxation_time();
+            let relaxation_time = self.setup.mechanics.relaxation_time();
             let effective = |a: usize| u.vector(a) + relaxation_time * v.vector(a);
             let fits = (&cloud, &fits.gradients[..]);
             surface.set_strain_and_stress(&reading.read(
@@ -574,7 +581,7 @@ fn described(
         scheme_reason: pace.reason,
         dt: pace.dt,
         shortest_step: pace.adaptive,
-        fastest_decay: setup.mechanics.material.relaxation_time() * limit.kappa,
+        fastest_decay: setup.mechanics.relaxation_time() * limit.kappa,
         dt_limit: limit.dt,
         limited_by_viscosity: limit.viscous,
         volume: volume.iter().sum(),
@@ -649,6 +656,14 @@ fn in_millimetres(setup: &Setup<SolidSetup>) -> Option<String> {
 fn check_solid(setup: &Setup<SolidSetup>) -> Result<(), InvalidInput> {
     if setup.shape.dimension() == 2 {
         plane::check(setup)?;
+    }
+    if setup.solver.formulation == Formulation::Paper && setup.mechanics.is_by_place() {
+        return Err(InvalidInput::new(
+            "solver.formulation",
+            "paper",
+            "the scheme of the paper has one material",
+            "take \"adjoint\", or one [material] without a place or a modulus map",
+        ));
     }
     if setup.solver.formulation == Formulation::Paper
         && setup.mechanics.material.law().finite_strain().is_some()

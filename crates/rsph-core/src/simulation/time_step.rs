@@ -2,8 +2,7 @@
 
 use super::checks::{about_incompressibility, incompressibility};
 use crate::error::InvalidInput;
-use crate::material::Material;
-use crate::setup::{Scheme, Setup, TimeStep, Units};
+use crate::setup::{Scheme, Setup, SolidSetup, TimeStep, Units};
 use crate::stability::{SAFETY, StepLimit};
 
 /// How many times dearer than the waves ask for the viscosity may make RK4 before another scheme is chosen.
@@ -36,11 +35,11 @@ pub(super) struct Pace {
 /// the formulation or the material has nothing for it.
 pub(super) fn choose_pace<M>(
     setup: &Setup<M>,
-    material: &dyn Material,
+    solid: &SolidSetup,
     limit: &StepLimit,
     solvable: bool,
 ) -> Result<Pace, InvalidInput> {
-    let relaxation_time = material.relaxation_time();
+    let relaxation_time = solid.relaxation_time();
     let dearer = limit.wave / limit.dt;
     let asked = setup.integration.scheme;
     let mut reason = None;
@@ -71,7 +70,7 @@ pub(super) fn choose_pace<M>(
         ));
     }
     if scheme == Scheme::Rk4 {
-        let (dt, notes) = choose_step(setup, limit, incompressibility(material))?;
+        let (dt, notes) = choose_step(setup, limit, incompressibility(solid))?;
         return Ok(Pace { scheme, dt, adaptive: None, reason, notes });
     }
     let notes = Vec::new();
@@ -82,7 +81,7 @@ pub(super) fn choose_pace<M>(
         }
         _ => {
             // Whatever is wrong for RK4 is wrong here.
-            choose_step(setup, limit, incompressibility(material))?;
+            choose_step(setup, limit, incompressibility(solid))?;
             let dt = (FIRST * relaxation_time).max(shortest);
             let adaptive = (scheme == Scheme::Sdirk2).then_some(shortest);
             Ok(Pace { scheme, dt, adaptive, reason, notes })

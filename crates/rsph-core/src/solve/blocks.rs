@@ -39,7 +39,8 @@ pub fn diagonal_blocks(solid: &Solid) -> Vec<Mat3> {
                 own -= row.zeroth - row.gamma * m.zeroth - row.slope * m.first;
             }
             respond(a, &Vec3::repeat(1.0), -m.first, own);
-            let mut springs = Vec3::repeat(m.volume * m.zeroth);
+            let modulus = solid.modulus(a);
+            let mut springs = Vec3::repeat(m.volume * m.zeroth * modulus);
             for neighbour in &lattice.neighbours {
                 if let Some(seen) = lattice.seen(a, neighbour) {
                     let (c, signs) = (seen.particle, &signs[seen.mirrors as usize]);
@@ -51,10 +52,10 @@ pub fn diagonal_blocks(solid: &Solid) -> Vec<Mat3> {
                         gradient += solid.gamma(a).component_mul(&mirror) - row.gamma - row.slope * x;
                     }
                     respond(c, signs, x * vw, gradient * vw);
-                    springs.add_scalar_mut(moments[c].volume * vw);
+                    springs.add_scalar_mut(moments[c].volume * vw * solid.modulus(c));
                     if c == a {
                         // It moves with its image, or against it.
-                        springs -= signs * (2.0 * m.volume * vw);
+                        springs -= signs * (2.0 * m.volume * vw * modulus);
                     }
                 }
             }
@@ -98,5 +99,5 @@ fn of_response(solid: &Solid, m: &Moments, response: &Response) -> Mat3 {
     }
     let slope =
         Vec3::from_fn(|i, _| (response.first.row(i) * m.correction * response.first.row(i).transpose())[0]);
-    block - Mat3::from_diagonal(&(slope * (solid.hourglass * m.volume)))
+    block - Mat3::from_diagonal(&(slope * (solid.hourglass * solid.modulus(response.particle) * m.volume)))
 }

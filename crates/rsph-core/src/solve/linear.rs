@@ -58,7 +58,7 @@ impl LinearSolver {
             history: SolutionHistory::default(),
             step: vec![0.0; len],
             scales: Scales::STATIC,
-            relaxation_time: solid.material.relaxation_time(),
+            relaxation_time: solid.relaxation_time(),
             applications: 0,
         }
     }

@@ -15,7 +15,6 @@ use super::transfer::{BLOCK, Transfer};
 use crate::dynamics::Scales;
 use crate::dynamics::solid::Solid;
 use crate::lattice::NO_PARTICLE;
-use crate::material::Material;
 use crate::tensor::{Mat3, Vec3};
 use std::sync::Arc;
 
@@ -74,7 +73,7 @@ impl Multigrid {
             jacobi: Jacobi::new(&diagonal, &solid.mass, (0.0, 1.0)),
             diagonal,
             largest: 1.0,
-            smoothing: smoothing(&*solid.material),
+            smoothing: smoothing(solid),
             transfer,
             levels,
             coarsenings,
@@ -197,14 +196,9 @@ fn free_diagonal(solid: &Solid) -> Vec<Mat3> {
     diagonal
 }
 
-/// Ratio of the moduli of pressure and shear waves, (lambda + 2 mu) / mu.
-fn ratio_of_moduli(material: &dyn Material) -> f64 {
-    material.p_wave_modulus() / material.shear_modulus()
-}
-
 /// Steps of the smoother on the particles.
-fn smoothing(material: &dyn Material) -> usize {
-    let ratio = ratio_of_moduli(material);
+fn smoothing(solid: &Solid) -> usize {
+    let ratio = solid.materials.largest_ratio_of_moduli();
     1 + MORE_SMOOTHING.iter().filter(|r| ratio > **r).count()
 }
 
@@ -214,18 +208,21 @@ fn first_level(solid: &Solid, transfer: &Transfer) -> Level {
     let full = (BLOCK as f64).powi(solid.lattice.dimension as i32) * solid.lattice.cell_volume();
     // K of a cube is its edge times that of a unit cube, K of a square of height one that of a unit cube.
     let size = full / (BLOCK as f64 * solid.lattice.spacing).powi(2);
-    let locks = ratio_of_moduli(&*solid.material) > NEARLY_INCOMPRESSIBLE;
-    let stiffness = hexahedra::stiffness(&solid.stiffness, if locks { COARSE_PRESSURE } else { 1.0 });
+    let locks = solid.materials.largest_ratio_of_moduli() > NEARLY_INCOMPRESSIBLE;
+    let stiffness =
+        hexahedra::stiffness(solid.materials.first_stiffness(), if locks { COARSE_PRESSURE } else { 1.0 });
     let strength: Vec<f64> = transfer
         .particles_of
         .iter()
         .map(|particles| {
-            let volume: f64 = particles
-                .iter()
-                .filter(|a| **a != NO_PARTICLE)
-                .map(|&a| solid.moments_of(a as usize).volume)
-                .sum();
-            (volume / full).max(LEAST_FULL) * size
+            // With the modulus of the particles, in units of that of the first material.
+            let (mut volume, mut stiff) = (0.0, 0.0);
+            for &a in particles.iter().filter(|a| **a != NO_PARTICLE) {
+                let own = solid.moments_of(a as usize).volume;
+                (volume, stiff) = (volume + own, stiff + own * solid.modulus(a as usize));
+            }
+            let modulus = if volume > 0.0 { stiff / volume } else { 1.0 };
+            (volume / full).max(LEAST_FULL) * modulus * size
         })
         .collect();
     let mut held_particle = vec![0.0; 3 * n];
@@ -256,7 +253,7 @@ fn first_level(solid: &Solid, transfer: &Transfer) -> Level {
         .collect();
     // Held faces are springs on the nodes around them.
     let mut springs = vec![Vec::new(); nodes];
-    let stiffness_of_hold = HOLD * solid.material.young_modulus() / solid.lattice.spacing;
+    let stiffness_of_hold = HOLD * solid.materials.young_modulus() / solid.lattice.spacing;
     let slot_of = |node: u32, other: u32| {
         let place = |node: u32| transfer.nodes.coordinates[node as usize];
         slot(std::array::from_fn(|i| place(other)[i] - place(node)[i]))

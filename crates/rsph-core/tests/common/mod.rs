@@ -6,7 +6,7 @@ use rsph_core::boundary::fold::Folds;
 use rsph_core::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature, rim};
 use rsph_core::dynamics::solid::Solid;
 use rsph_core::lattice::Lattice;
-use rsph_core::material::{KelvinVoigt, Material, Model, REGISTRY};
+use rsph_core::material::{Composition, KelvinVoigt, Material, Model, REGISTRY};
 use rsph_core::mls::Cloud;
 use rsph_core::particles::Column;
 use rsph_core::region::{Axis, Region, Side};
@@ -101,16 +101,29 @@ pub fn body_of(
     remeshed_body(material, shape, resolution, (smoothing, hourglass), boundaries, None)
 }
 
+/// What a body is made of: one material, or several with a function of place and spacing.
+pub struct Made {
+    pub materials: Vec<Arc<dyn Material>>,
+    pub cell: Option<fn(&Vec3, f64) -> Composition>,
+}
+
+impl From<Arc<dyn Material>> for Made {
+    fn from(material: Arc<dyn Material>) -> Self {
+        Self { materials: vec![material], cell: None }
+    }
+}
+
 /// A body that looks like `shape` when it is remeshed, where it has the displacement `moved`, a function of the place there; with
 /// nothing, the undeformed body.
 pub fn remeshed_body(
-    material: Arc<dyn Material>,
+    made: impl Into<Made>,
     shape: Arc<dyn Shape>,
     resolution: Resolution,
     (smoothing, hourglass): (f64, f64),
     boundaries: &[Boundary],
     moved: Option<&dyn Fn(&Vec3) -> Vec3>,
 ) -> TestBody {
+    let made = made.into();
     let sampled = sample(&*shape, resolution, &[]).unwrap();
     let (spacing, dimension) = (sampled.grid.spacing, shape.dimension());
     let undeformed = |x: &Vec3| moved.map_or(*x, |moved| x - moved(x));
@@ -130,8 +143,12 @@ pub fn remeshed_body(
     let solid = |volume: &[f64]| {
         let lattice = Lattice::new(&sampled.grid, &sampled.cells, smoothing, dimension);
         let folds = Folds::new(&constraints, &boundary, &lattice, moved.is_some());
-        Solid::new(lattice, volume, fixed.clone(), Arc::clone(&material), modulus)
-            .folded(folds, &constraints.holds)
+        let mut solid = Solid::new(lattice, volume, fixed.clone(), Arc::clone(&made.materials[0]), modulus);
+        if let Some(cell) = made.cell {
+            let cells = positions.iter().map(|x| cell(x, spacing)).collect();
+            solid = solid.made_of(made.materials.clone(), cells);
+        }
+        solid.folded(folds, &constraints.holds)
     };
     let mut volume = sampled.volume.clone();
     let mut gradients: Vec<Mat3> = Vec::new();

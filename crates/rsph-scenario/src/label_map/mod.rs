@@ -1,7 +1,10 @@
 //! Segmentations of CT and MR images, in which numbers stand for organs. One format a file.
 
 mod header;
+mod lookup;
 mod nifti;
+
+pub use lookup::{InVoxels, volume_field};
 
 use rsph_core::shape::{Placement, Run};
 use rsph_core::tensor::{Mat3, Vec3};
@@ -43,15 +46,34 @@ pub enum Axes {
     Organ,
 }
 
+/// The values of an image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Volume {
+    /// Values, x fastest.
+    pub values: Vec<f32>,
+    /// Size of the image.
+    pub size: [usize; 3],
+    /// Where it is, in the units of the file.
+    pub placement: Placement,
+    /// From these units to metres.
+    pub metres: f64,
+}
+
 impl Labelled {
     /// Where the image is in metres, or in units of which `scale` make one of the file's.
     pub fn placement(&self, scale: Option<f64>, axes: Axes) -> Placement {
-        let scale = scale.unwrap_or(self.metres);
-        let turn = match axes {
+        axes.placed(&self.placement, scale.unwrap_or(self.metres))
+    }
+}
+
+impl Axes {
+    /// A placement in these axes, in units of which `scale` make one.
+    fn placed(self, placement: &Placement, scale: f64) -> Placement {
+        let turn = match self {
             Axes::Image => Mat3::identity(),
             Axes::Organ => Mat3::from_columns(&[-Vec3::x(), Vec3::z(), Vec3::y()]),
         };
-        Placement { axes: turn * self.placement.axes * scale, origin: turn * self.placement.origin * scale }
+        Placement { axes: turn * placement.axes * scale, origin: turn * placement.origin * scale }
     }
 }
 
@@ -61,6 +83,18 @@ impl Labelled {
 /// A file that can not be read, is broken, has more than three dimensions, or holds no such voxel.
 pub fn read_label(path: &Path, label: u32) -> Result<Labelled, LabelMapError> {
     nifti::read(path, label).map_err(|Problem(problem, remedy)| LabelMapError {
+        path: path.into(),
+        problem,
+        remedy,
+    })
+}
+
+/// All values of the NIfTI file `path` (`.nii` or `.nii.gz`).
+///
+/// # Errors
+/// A file that can not be read, is broken, has more than three dimensions, or is very large.
+pub fn read_values(path: &Path) -> Result<Volume, LabelMapError> {
+    nifti::values(path).map_err(|Problem(problem, remedy)| LabelMapError {
         path: path.into(),
         problem,
         remedy,

@@ -1,6 +1,7 @@
 //! What moves the particles, and remeshing, in the words of the core.
 
 use super::checks::positive;
+use super::materials::materials;
 use super::parts::{self, missing};
 use crate::scenario::{
     Document, DynamicsKind, EveryValue, FluidTable, KeyPath, ModeName, RemeshKernelName, Scenario,
@@ -9,21 +10,28 @@ use crate::scenario::{
 use rsph_core::flow::{Flow, VelocityField};
 use rsph_core::fluid::{Acoustic, Burgers, FluidLaw};
 use rsph_core::kernel::RemeshKernel;
-use rsph_core::material::Material;
 use rsph_core::setup::{
     InteractionSetting, Mechanics, Prescription, Ramp, Remesh, RemeshTrigger, SolidSetup, VectorField,
 };
 use rsph_core::tensor::{Mat3, Vec3};
+use std::path::Path;
 use std::sync::Arc;
 
 /// Colour that makes the surface, if the scenario does not say.
 const DEFAULT_ISO: f64 = 0.5;
 
-/// What moves the particles.
-pub fn mechanics(doc: &Document, tables: &Scenario) -> Result<Mechanics, ScenarioError> {
+/// What moves the particles; files are read from `folder`, or not read.
+///
+/// # Errors
+/// What can not be simulated.
+pub fn mechanics(
+    doc: &Document,
+    tables: &Scenario,
+    folder: Option<&Path>,
+) -> Result<Mechanics, ScenarioError> {
     refuse_keys_of_other_kinds(doc, tables)?;
     match tables.dynamics.kind {
-        DynamicsKind::Solid => solid(doc, tables).map(Mechanics::Solid),
+        DynamicsKind::Solid => solid(doc, tables, folder).map(Mechanics::Solid),
         DynamicsKind::Prescribed => prescription(doc, tables).map(Mechanics::Prescribed),
         DynamicsKind::Interaction => interaction(doc, tables).map(Mechanics::Interaction),
     }
@@ -58,13 +66,13 @@ fn refuse_keys_of_other_kinds(doc: &Document, tables: &Scenario) -> Result<(), S
 }
 
 /// A solid.
-fn solid(doc: &Document, tables: &Scenario) -> Result<SolidSetup, ScenarioError> {
+fn solid(doc: &Document, tables: &Scenario, folder: Option<&Path>) -> Result<SolidSetup, ScenarioError> {
     let Some(table) = &tables.material else {
         let path = KeyPath::from("material");
         let remedy = crate::scenario::remedy_at(&path);
         return Err(doc.error(&path, "missing: a solid is made of something", remedy));
     };
-    let material: Arc<dyn Material> = table.build(doc)?;
+    let mut solid = materials(doc, table, tables.body.labelmap.as_ref(), folder)?;
     let boundaries = parts::boundaries(doc, &tables.boundary)?;
     let mut loads = parts::loads(doc, &tables.load)?;
     if tables.solver.mode == ModeName::Static && tables.solver.steps > 1 {
@@ -72,7 +80,8 @@ fn solid(doc: &Document, tables: &Scenario) -> Result<SolidSetup, ScenarioError>
             load.ramp.to = tables.time.until;
         }
     }
-    Ok(SolidSetup { material, boundaries, loads })
+    (solid.boundaries, solid.loads) = (boundaries, loads);
+    Ok(solid)
 }
 
 /// A body that moves as told.
@@ -92,7 +101,10 @@ fn prescription(doc: &Document, tables: &Scenario) -> Result<Prescription, Scena
         }
     }
     let density = match &tables.material {
-        Some(table) => table.build(doc)?.density(),
+        Some(materials) => match materials.iter().next() {
+            Some((path, table)) => table.build(doc, &path)?.density(),
+            None => 1.0,
+        },
         None => 1.0,
     };
     let velocity = table.velocity.as_ref().ok_or_else(|| missing(doc, &path, "velocity", "prescribed"))?;

@@ -3,7 +3,7 @@
 use super::RunStart;
 use super::writer_thread::WriterThread;
 use crate::output::{Parameter, ProbeColumn, RunInfo, RunWriters};
-use crate::scenario::{AxesName, LabelMapValue, LoadedScenario, ModeName, ShapeTable};
+use crate::scenario::{AxesName, LabelMapValue, LoadedScenario, MaterialTables, ModeName, ShapeTable};
 use crate::sink::{RunSink, SinkError};
 use rsph_core::region::Axis;
 use rsph_core::setup::{Formulation, LoadKind, Mechanics, RemeshTrigger, STRAIN, Scheme, Setup, Units};
@@ -57,13 +57,17 @@ fn probes(setup: &Setup) -> Vec<ProbeColumn> {
 }
 
 fn material(scenario: &LoadedScenario) -> Vec<Parameter> {
-    let Some(table) = &scenario.tables().material else { return Vec::new() };
-    let model = table.model_name().unwrap_or_default();
-    let mut rows = vec![Parameter::new("material", model, "")];
-    rows.extend(table.values().into_iter().map(|(p, numbers)| match numbers[..] {
-        [number] => Parameter::number(p.doc, number, p.unit),
-        _ => Parameter::new(p.doc, format!("{numbers:?}"), p.unit),
-    }));
+    let mut rows = Vec::new();
+    for (_, table) in scenario.tables().material.iter().flat_map(MaterialTables::iter) {
+        if let Some(name) = table.text("name") {
+            rows.push(Parameter::new("name", name, ""));
+        }
+        rows.push(Parameter::new("material", table.text("model").unwrap_or_default(), ""));
+        rows.extend(table.values().into_iter().map(|(p, numbers)| match numbers[..] {
+            [number] => Parameter::number(p.doc, number, p.unit),
+            _ => Parameter::new(p.doc, format!("{numbers:?}"), p.unit),
+        }));
+    }
     rows
 }
 

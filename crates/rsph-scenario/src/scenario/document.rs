@@ -2,7 +2,7 @@
 
 use super::error::ScenarioError;
 use super::explain::{explain, suggestion};
-use super::keypath::KeyPath;
+use super::keypath::{KeyPath, Segment};
 use super::overrides::Override;
 use super::places::{find, path_at};
 use super::tables::Scenario;
@@ -58,15 +58,20 @@ impl Document {
         &self.edited
     }
 
-    /// The text with the edits in it and with the file `path` at `place`, or at `path` in the table there.
-    pub(super) fn with_path(&self, place: &[&str], path: &std::path::Path) -> String {
+    /// The text with the edits in it and with other files at some places, or at `path` in the tables there.
+    pub(super) fn with_paths(&self, files: &[(KeyPath, std::path::PathBuf)]) -> String {
         let Ok(mut tree) = self.edited.parse::<toml_edit::DocumentMut>() else { return self.edited.clone() };
-        let item = place.iter().try_fold(tree.as_item_mut(), |item, key| item.get_mut(key));
-        if let Some(item) = item {
-            let value = toml_edit::value(path.display().to_string());
-            match item.get_mut("path") {
-                Some(inner) => *inner = value,
-                None => *item = value,
+        for (place, file) in files {
+            let item = place.segments().iter().try_fold(tree.as_item_mut(), |item, step| match step {
+                Segment::Key(key) => item.get_mut(key.as_str()),
+                Segment::Index(index) => item.get_mut(*index),
+            });
+            if let Some(item) = item {
+                let value = toml_edit::value(file.display().to_string());
+                match item.get_mut("path") {
+                    Some(inner) => *inner = value,
+                    None => *item = value,
+                }
             }
         }
         tree.to_string()

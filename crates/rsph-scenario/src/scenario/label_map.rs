@@ -4,6 +4,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::fmt;
 
 /// A label of a segmented image.
@@ -13,18 +14,16 @@ pub struct LabelMapTable {
     /// NIfTI file (.nii, .nii.gz); a relative path starts at the scenario file.
     pub path: String,
     /// Number of the organ in the image. Default: 1.
-    #[serde(default = "first")]
     #[schemars(range(min = 1))]
-    pub label: u32,
+    pub label: Option<u32>,
+    /// Instead of one number: numbers with names, all of which make one body, such as `{ 6 = "parenchyma", 7 = "tumour" }`.
+    /// Each is of the material of that name.
+    pub labels: Option<BTreeMap<String, String>>,
     /// Factor from the units of the image to those of the scenario. Default: to metres, as its header says.
     pub scale: Option<f64>,
     /// Axes of the body. Default: "image".
     #[serde(default)]
     pub axes: AxesName,
-}
-
-fn first() -> u32 {
-    1
 }
 
 /// Axes of a body from an image.
@@ -55,7 +54,8 @@ impl<'de> Visitor<'de> for LabelMapVisitor {
     fn visit_str<E: Error>(self, path: &str) -> Result<Self::Value, E> {
         Ok(LabelMapValue(LabelMapTable {
             path: path.into(),
-            label: first(),
+            label: None,
+            labels: None,
             scale: None,
             axes: AxesName::Image,
         }))

@@ -1,32 +1,151 @@
-//! The material table: a model of the core's registry and its parameters, so that a new material
-//! in the core needs no change here.
+//! Material tables: a model of the core's registry and its parameters, so that a new material in the core needs no change here, and
+//! which part of the body is of it.
 
 use super::document::Document;
 use super::error::ScenarioError;
-use super::explain::suggestion;
+use super::explain::{explain, suggestion};
 use super::keypath::KeyPath;
+use super::label_map::AxesName;
+use super::region::RegionTable;
+use super::tables::ShapeTable;
 use rsph_core::material::{Kind, Material, Model, Parameter, model, models};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::Deserialize;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Material of the body: `model` and the parameters of that model.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(transparent)]
+/// Keys that every material can have beside those of its model.
+const BESIDE: [&str; 4] = ["name", "region", "shape", "modulus"];
+
+/// What a body is made of: `[material]`, or several `[[material]]`.
+#[derive(Clone, Debug)]
+pub struct MaterialTables {
+    tables: Vec<MaterialTable>,
+    listed: bool,
+}
+
+impl MaterialTables {
+    /// The tables with their places.
+    pub fn iter(&self) -> impl Iterator<Item = (KeyPath, &MaterialTable)> {
+        let path = KeyPath::from("material");
+        let place = move |i| if self.listed { path.index(i) } else { path.clone() };
+        self.tables.iter().enumerate().map(move |(i, table)| (place(i), table))
+    }
+}
+
+impl<'de> Deserialize<'de> for MaterialTables {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        let table = |value: toml::Value| match value {
+            toml::Value::Table(table) => Ok(MaterialTable(table.into_iter().collect())),
+            other => Err(D::Error::custom(format!("a material is a table, not a {}", other.type_str()))),
+        };
+        match toml::Value::deserialize(d)? {
+            toml::Value::Array(list) if !list.is_empty() => {
+                let tables = list.into_iter().map(table).collect::<Result<_, _>>()?;
+                Ok(Self { tables, listed: true })
+            }
+            value => Ok(Self { tables: vec![table(value)?], listed: false }),
+        }
+    }
+}
+
+impl JsonSchema for MaterialTables {
+    fn schema_name() -> Cow<'static, str> {
+        "MaterialTables".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let table = generator.subschema_for::<MaterialTable>();
+        json_schema!({"anyOf": [table.clone(), {"type": "array", "items": table, "minItems": 1}]})
+    }
+}
+
+/// Young's modulus at small strain as a map, to which the law is scaled: an image.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ModulusTable {
+    /// NIfTI file (.nii, .nii.gz) of the organ; a relative path starts at the scenario file.
+    pub path: String,
+    /// What its values are multiplied by to be Young's modulus (Pa): 1000 for kPa, 3000 for a shear modulus in kPa. Default: 1.
+    #[serde(default = "one")]
+    pub factor: f64,
+    /// Factor from the units of the image's coordinates to those of the scenario. Default: to metres, as its header says.
+    pub scale: Option<f64>,
+    /// Axes of the body. Default: "image".
+    #[serde(default)]
+    pub axes: AxesName,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// A material: `model` and the parameters of that model, and which part of the body is of it.
+#[derive(Clone, Debug)]
 pub struct MaterialTable(BTreeMap<String, toml::Value>);
 
 impl MaterialTable {
-    /// Builds the material; `document` gives messages their places.
+    /// Name of the part.
+    ///
+    /// # Errors
+    /// One that is no text.
+    pub fn name(&self, document: &Document, table: &KeyPath) -> Result<Option<String>, ScenarioError> {
+        self.beside(document, table, "name")
+    }
+
+    /// The region that is of it.
+    ///
+    /// # Errors
+    /// One that is none.
+    pub fn region(&self, document: &Document, table: &KeyPath) -> Result<Option<RegionTable>, ScenarioError> {
+        self.beside(document, table, "region")
+    }
+
+    /// The shape that is of it.
+    ///
+    /// # Errors
+    /// One that is none.
+    pub fn shape(&self, document: &Document, table: &KeyPath) -> Result<Option<ShapeTable>, ScenarioError> {
+        self.beside(document, table, "shape")
+    }
+
+    /// The map of its modulus.
+    ///
+    /// # Errors
+    /// One that is none.
+    pub fn modulus(
+        &self,
+        document: &Document,
+        table: &KeyPath,
+    ) -> Result<Option<ModulusTable>, ScenarioError> {
+        self.beside(document, table, "modulus")
+    }
+
+    /// The value of a key beside those of the model.
+    fn beside<T: serde::de::DeserializeOwned>(
+        &self,
+        document: &Document,
+        table: &KeyPath,
+        key: &str,
+    ) -> Result<Option<T>, ScenarioError> {
+        let Some(value) = self.0.get(key) else { return Ok(None) };
+        value
+            .clone()
+            .try_into()
+            .map(Some)
+            .map_err(|e: toml::de::Error| explain(document, &table.key(key), e.message()))
+    }
+
+    /// Builds the material written at `table`; `document` gives messages their places.
     ///
     /// # Errors
     /// An unknown model or parameter, a missing one, one that is no number or out of range.
-    pub fn build(&self, document: &Document) -> Result<Arc<dyn Material>, ScenarioError> {
-        let model = self.model(document)?;
-        let table = KeyPath::from("material");
+    pub fn build(&self, document: &Document, table: &KeyPath) -> Result<Arc<dyn Material>, ScenarioError> {
+        let model = self.model(document, table)?;
         let known: Vec<&str> =
-            std::iter::once("model").chain(model.parameters.iter().map(|p| p.key)).collect();
+            std::iter::once("model").chain(model.parameters.iter().map(|p| p.key)).chain(BESIDE).collect();
         if let Some(stranger) = self.0.keys().find(|k| !known.contains(&k.as_str())) {
             return Err(document.unknown_key(&table.key(stranger), &known));
         }
@@ -49,17 +168,23 @@ impl MaterialTable {
             values.push((p.key, numbers));
         }
         let given = |key: &str| values.iter().find(|(k, _)| *k == key).map(|(_, numbers)| numbers.clone());
-        model.make(given).map_err(|e| document.invalid_input(&e))
+        model.make(given).map_err(|mut e| {
+            // The core knows one material; this may be one of several.
+            if let Some(key) = e.key.strip_prefix("material.") {
+                e.key = table.key(key).to_string();
+            }
+            document.invalid_input(&e)
+        })
     }
 
-    /// Name of the model, if it is there.
-    pub fn model_name(&self) -> Option<&str> {
-        self.0.get("model")?.as_str()
+    /// The text at a key, if there is one.
+    pub fn text(&self, key: &str) -> Option<&str> {
+        self.0.get(key)?.as_str()
     }
 
     /// The model's parameters with their values, defaults included; absent ones are left out.
     pub fn values(&self) -> Vec<(&'static Parameter, Vec<f64>)> {
-        let parameters = self.model_name().and_then(model).map_or(&[][..], |m| m.parameters);
+        let parameters = self.text("model").and_then(model).map_or(&[][..], |m| m.parameters);
         let value = |p: &Parameter| match self.0.get(p.key) {
             Some(value) => numbers(value, p.kind).ok(),
             None => p.default().filter(|numbers| !numbers.is_empty()),
@@ -67,8 +192,8 @@ impl MaterialTable {
         parameters.iter().filter_map(|p| Some((p, value(p)?))).collect()
     }
 
-    fn model(&self, document: &Document) -> Result<&'static Model, ScenarioError> {
-        let path = KeyPath::from("material.model");
+    fn model(&self, document: &Document, table: &KeyPath) -> Result<&'static Model, ScenarioError> {
+        let path = table.key("model");
         let names: Vec<&str> = models().iter().map(|m| m.name).collect();
         let known = names.iter().map(|n| format!("\"{n}\"")).collect::<Vec<_>>().join(", ");
         let example = format!("model = \"{}\"", names.first().copied().unwrap_or_default());
@@ -136,8 +261,15 @@ impl JsonSchema for MaterialTable {
         "MaterialTable".into()
     }
 
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        let models: Vec<_> = models().into_iter().map(model_schema).collect();
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let beside = serde_json::json!({
+            "name": {"type": "string", "description": "Name in results and messages; that of a label of the label map makes it the \
+                material of these voxels."},
+            "region": generator.subschema_for::<RegionTable>(),
+            "shape": generator.subschema_for::<ShapeTable>(),
+            "modulus": generator.subschema_for::<ModulusTable>(),
+        });
+        let models: Vec<_> = models().into_iter().map(|model| model_schema(model, &beside)).collect();
         json_schema!({
             "description": "What the body is made of: a model and its parameters.",
             "oneOf": models
@@ -145,7 +277,7 @@ impl JsonSchema for MaterialTable {
     }
 }
 
-fn model_schema(m: &Model) -> serde_json::Value {
+fn model_schema(m: &Model, beside: &serde_json::Value) -> serde_json::Value {
     let mut properties = serde_json::Map::new();
     properties.insert("model".into(), serde_json::json!({"const": m.name, "description": m.doc}));
     let mut required = vec!["model"];
@@ -167,6 +299,7 @@ fn model_schema(m: &Model) -> serde_json::Value {
         }
         properties.insert(p.key.into(), entry);
     }
+    properties.extend(beside.as_object().cloned().unwrap_or_default());
     serde_json::json!({
         "type": "object",
         "description": m.doc,

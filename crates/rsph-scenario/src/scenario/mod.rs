@@ -26,7 +26,7 @@ pub use label_map::{AxesName, LabelMapTable, LabelMapValue};
 pub use loads::{
     BoundaryKind, BoundaryTable, ComponentName, LoadKindName, LoadTable, MotionTable, RampTable,
 };
-pub use material::MaterialTable;
+pub use material::{MaterialTable, MaterialTables, ModulusTable};
 pub use region::{AxisName, RegionTable, SideName};
 pub use tables::{
     BodyTable, CheckpointTable, FieldTable, FormulationName, InitialTable, Integrator, ModeName, OrganName,
@@ -98,20 +98,37 @@ impl LoadedScenario {
         self.document.edited()
     }
 
-    /// The scenario as run in a form that runs from any folder: a relative path of a mesh or an image is made
-    /// absolute.
+    /// The scenario as run in a form that runs from any folder: relative paths of meshes and images are made absolute.
     pub fn as_run_anywhere(&self) -> String {
         let body = &self.tables.body;
-        let (place, path): (&[&str], &String) = match (&body.shape, &body.labelmap) {
-            (Some(ShapeTable::Mesh { path, .. }), _) => (&["body", "shape", "mesh", "path"], path),
-            (_, Some(LabelMapValue(table))) => (&["body", "labelmap"], &table.path),
-            _ => return self.as_run().to_owned(),
-        };
-        if Path::new(path).is_absolute() {
+        let mut files: Vec<(KeyPath, String)> = Vec::new();
+        match (&body.shape, &body.labelmap) {
+            (Some(ShapeTable::Mesh { path, .. }), _) => {
+                files.push((KeyPath::from("body.shape.mesh.path"), path.clone()));
+            }
+            (_, Some(LabelMapValue(table))) => {
+                files.push((KeyPath::from("body.labelmap"), table.path.clone()));
+            }
+            _ => {}
+        }
+        for (place, table) in self.tables.material.iter().flat_map(MaterialTables::iter) {
+            if let Ok(Some(ShapeTable::Mesh { path, .. })) = table.shape(&self.document, &place) {
+                files.push((place.key("shape").key("mesh").key("path"), path));
+            }
+            if let Ok(Some(modulus)) = table.modulus(&self.document, &place) {
+                files.push((place.key("modulus").key("path"), modulus.path));
+            }
+        }
+        files.retain(|(_, path)| !Path::new(path).is_absolute());
+        if files.is_empty() {
             return self.as_run().to_owned();
         }
-        let file = self.base_dir.join(path);
-        self.document.with_path(place, &std::path::absolute(&file).unwrap_or(file))
+        let absolute = |path: &str| {
+            let file = self.base_dir.join(path);
+            std::path::absolute(&file).unwrap_or(file)
+        };
+        let files: Vec<_> = files.into_iter().map(|(place, path)| (place, absolute(&path))).collect();
+        self.document.with_paths(&files)
     }
 
     /// The file it was read from, if it was.

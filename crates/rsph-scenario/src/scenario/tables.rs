@@ -3,7 +3,7 @@
 use super::dynamics::{DynamicsTable, RemeshTable};
 use super::label_map::LabelMapValue;
 use super::loads::{BoundaryTable, LoadTable};
-use super::material::MaterialTable;
+use super::material::MaterialTables;
 use super::region::{AxisName, RegionTable};
 use super::values::TimeStepValue;
 use rsph_core::shape::organ_names;
@@ -24,8 +24,8 @@ pub struct Scenario {
     pub units: UnitsName,
     /// The body: its shape and how finely it is sampled.
     pub body: BodyTable,
-    /// What the body is made of; a prescribed motion can do without (its density is then 1).
-    pub material: Option<MaterialTable>,
+    /// What the body is made of, one material or several by place; a prescribed motion can do without (its density is then 1).
+    pub material: Option<MaterialTables>,
     /// What moves the particles. Default: the forces of a solid.
     #[serde(default)]
     pub dynamics: DynamicsTable,

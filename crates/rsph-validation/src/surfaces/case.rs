@@ -47,9 +47,11 @@ impl Case {
                 shape,
                 Resolution::Spacing(spacing),
                 SolidSetup {
-                    material: Arc::new(KelvinVoigt::new(1.0, YOUNG, nu, 0.0).map_err(|e| e.to_string())?),
                     boundaries,
                     loads: loads.into_iter().map(load).collect(),
+                    ..SolidSetup::new(Arc::new(
+                        KelvinVoigt::new(1.0, YOUNG, nu, 0.0).map_err(|e| e.to_string())?,
+                    ))
                 },
             )
         })

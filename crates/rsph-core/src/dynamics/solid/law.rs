@@ -2,13 +2,14 @@
 //! inside out.
 
 use super::Solid;
+use super::contrast::Contrast;
 use super::correction::{GENERAL, SYMMETRIC};
-use super::stress::{Change, Hooke, PositiveChange, State, Total};
+use super::materials::Materials;
+use super::stress::{Change, Hooke, HookeByPlace, PositiveChange, State, Total};
 use crate::boundary::force_sums::ForceSums;
 use crate::dynamics::Scales;
-use crate::material::{FiniteStrain, Material};
+use crate::material::Material;
 use crate::ops::PAIR_COMPONENTS;
-use crate::tensor::lanes::Tensor;
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use crate::tiles::Tile;
 use rayon::prelude::*;
@@ -23,22 +24,48 @@ fn matrix(field: &[Tile], (tile, lane): (usize, usize)) -> Mat3 {
 impl Solid {
     /// Whether stress is a linear function of strain.
     pub fn is_linear(&self) -> bool {
-        self.linear
+        self.materials.is_linear()
     }
 
-    /// Goes on with another material, of the same density and linear if this one is, and with `hourglass` as the modulus (Pa) of the
-    /// hourglass term.
-    pub fn set_material(&mut self, material: Arc<dyn Material>, hourglass: f64) {
-        self.stiffness = material.stiffness();
+    /// The longest relaxation time of its materials (s).
+    pub fn relaxation_time(&self) -> f64 {
+        self.materials.relaxation_time()
+    }
+
+    /// Young's modulus of a particle over that of the first material.
+    pub(crate) fn modulus(&self, a: usize) -> f64 {
+        let (t, lane) = self.lattice.tiles.place(a);
+        self.materials.modulus(t, lane)
+    }
+
+    /// Number of the material that holds the larger share of a particle.
+    pub fn material_of(&self, a: usize) -> usize {
+        usize::from(self.materials.cell(a).materials[0])
+    }
+
+    /// Goes on with another material in the place of number `k`, of the same density and linear if that is, and with `hourglass` as
+    /// the modulus (Pa) of the hourglass term in the first one.
+    pub fn set_material(&mut self, k: usize, material: Arc<dyn Material>, hourglass: f64) {
+        let materials = self.materials.with_material(k, material, &self.lattice.tiles);
         self.hourglass = hourglass;
-        self.lift.set_young_modulus(material.young_modulus(), self.lattice.spacing);
-        self.material = material;
+        self.set_materials(materials);
+        let tiles = &self.lattice.tiles;
+        let modulus = |a: usize| self.materials.young_modulus_of(tiles.place(a));
+        self.lift.set_young_modulus(modulus, self.lattice.spacing);
         self.linearise_undeformed();
+    }
+
+    /// Takes these materials, and the springs of the hourglass term between them.
+    pub(super) fn set_materials(&mut self, materials: Materials) {
+        self.contrast = materials
+            .places()
+            .and_then(|places| Contrast::new(&self.lattice, &self.constants, &places.modulus));
+        self.materials = Arc::new(materials);
     }
 
     /// Components of strain and stress near the surface: those of symmetric tensors where the law is linear.
     pub(super) fn components(&self) -> usize {
-        if self.linear { SYMMETRIC } else { GENERAL }
+        if self.is_linear() { SYMMETRIC } else { GENERAL }
     }
 
     /// Spreads u at time `t`, with held faces where they are.
@@ -65,29 +92,29 @@ impl Solid {
 
     /// From the displacement u and the velocity v at time `t` to T_a and the part of the force that needs no neighbour's T.
     pub(super) fn stress_sweep_at(&mut self, t: f64, u: &[f64], v: &[f64]) {
-        let relaxation_time = self.material.relaxation_time();
-        let is_damped = relaxation_time > 0.0 && !self.linear;
+        let relaxation_time = self.relaxation_time();
+        let is_damped = relaxation_time > 0.0 && !self.is_linear();
         if is_damped {
             self.take_rate(t, v);
         }
         // Held faces at this moment: u_D + T du_D/dt, like every other displacement.
         self.lift.set_targets(|m| m.displacement(t) + m.velocity(t) * relaxation_time, |m| m.velocity(t));
         self.spread(u, Some((v, relaxation_time)));
-        let material = Arc::clone(&self.material);
-        let Some(law) = material.law().finite_strain() else {
+        if self.is_linear() {
             self.linear_stress_sweep();
             return;
-        };
+        }
         let rate = std::mem::take(&mut self.work.rate);
-        self.watched_stress_sweep(law, is_damped.then_some((&rate, relaxation_time)));
+        self.watched_stress_sweep(is_damped.then_some((&rate, relaxation_time)));
         self.work.rate = rate;
     }
 
-    /// Stress sweep of a law for any deformation, with dF/dt and T if there is damping. Remembers whether a particle is turned
+    /// Stress sweep of laws for any deformation, with dF/dt and T if there is damping. Remembers whether a particle is turned
     /// inside out.
-    fn watched_stress_sweep(&mut self, law: &dyn FiniteStrain, rate: Option<(&[Tile], f64)>) {
-        let inverted = AtomicUsize::new(usize::MAX);
-        let stress = self.stress_sweep(|tiles| Total { law, tiles, rate, inverted });
+    fn watched_stress_sweep(&mut self, rate: Option<(&[Tile], f64)>) {
+        let (inverted, materials) = (AtomicUsize::new(usize::MAX), Arc::clone(&self.materials));
+        let materials = &*materials;
+        let stress = self.stress_sweep(materials, |tiles| Total { materials, tiles, rate, inverted });
         self.inverted = stress.first_inverted();
     }
 
@@ -108,13 +135,13 @@ impl Solid {
     /// one that it reached. Under a nearly incompressible law the difference is a large pressure, by which the tangent would lead
     /// nowhere; so the method is that of mixed elements, whose pressure is an unknown of its own.
     pub fn linearise_for_newton(&mut self, t: f64, share: f64, u: &[f64], taken: Option<f64>) {
-        if self.linear {
+        if self.is_linear() {
             return;
         }
         self.spread_share(t, share, u);
         let mut state = std::mem::take(&mut self.work.state);
         let taken = taken.filter(|_| !state.values.is_empty());
-        self.visit_sums(false, |at, sums| {
+        self.visit_sums(false, |_, at, sums| {
             let g = &sums.deformation;
             let mut out = std::array::from_fn(|c| if c < 9 { g[(c / 3, c % 3)] } else { 0.0 });
             let Some(taken) = taken else { return out };
@@ -134,6 +161,10 @@ impl Solid {
         }
         std::mem::swap(&mut state.values, &mut self.work.pair);
         state.is_positive = false;
+        state.mixed = self.materials.mixed_tangents(&self.lattice.tiles, |at| {
+            let (f, factor) = state.get(at);
+            f * factor
+        });
         self.work.state = state;
     }
 
@@ -145,7 +176,12 @@ impl Solid {
 
     /// Takes the undeformed body as the state about which [`Solid::apply`] is the tangent.
     pub fn linearise_undeformed(&mut self) {
-        self.work.state = State::default();
+        let mixed = if self.is_linear() {
+            Vec::new()
+        } else {
+            self.materials.mixed_tangents(&self.lattice.tiles, |_| Mat3::identity())
+        };
+        self.work.state = State { mixed, ..State::default() };
     }
 
     /// Deformation gradient of particle `a` in the state of the tangent.
@@ -161,40 +197,49 @@ impl Solid {
 
     /// Change of P in particle `a` with the displacement gradient, about the state of the tangent.
     pub(crate) fn stress_change(&self, a: usize, gradient: &Mat3) -> Mat3 {
-        match self.material.law().finite_strain() {
-            None => self.stiffness.stress(SymTensor::symmetric_part(gradient)).to_matrix(),
-            Some(_) if self.work.state.is_positive => {
-                let (f, df) = (Tensor::from(&self.state(a)), Tensor::from(gradient));
-                Hooke::new(&self.stiffness).positive_change(&f, &df).into()
-            }
-            Some(law) => law.tangent(&self.state(a), gradient),
+        let hooke = |g: &Mat3| self.materials.stiffness(a).stress(SymTensor::symmetric_part(g)).to_matrix();
+        if self.is_linear() {
+            return hooke(gradient);
+        }
+        let f = self.state(a);
+        match f.try_inverse().filter(|_| self.work.state.is_positive) {
+            Some(back) => back.transpose() * hooke(&(back * gradient)),
+            None => self.materials.tangent(a, &f, gradient),
         }
     }
 
     /// Stress sweep of the tangent of the field that was spread, for changes of F and dF/dt in these proportions.
     pub(super) fn tangent_sweep(&mut self, scales: Scales) {
-        let material = Arc::clone(&self.material);
-        let Some(law) = material.law().finite_strain() else {
+        if self.is_linear() {
             self.linear_stress_sweep();
             return;
-        };
-        let total = scales.of_stiffness(material.relaxation_time());
+        }
+        let total = scales.of_stiffness(self.relaxation_time());
         let share = |x: f64| if total == 0.0 { 0.0 } else { x / total };
         let shares = [share(scales.stiffness), share(scales.damping)];
-        let (state, stiffness) = (std::mem::take(&mut self.work.state), self.stiffness);
-        if state.is_positive {
-            self.stress_sweep(|_| PositiveChange { hooke: Hooke::new(&stiffness), state: &state });
-        } else {
-            self.stress_sweep(|_| Change { law, state: &state, shares });
+        let (state, materials) = (std::mem::take(&mut self.work.state), Arc::clone(&self.materials));
+        let (state_now, materials) = (&state, &*materials);
+        match (materials.places(), state.is_positive) {
+            (_, false) => {
+                self.stress_sweep(materials, |tiles| Change { materials, tiles, state: state_now, shares });
+            }
+            (None, true) => {
+                let hooke = Hooke::new(materials.first_stiffness());
+                self.stress_sweep(materials, |_| PositiveChange { hooke, state: state_now });
+            }
+            (Some(places), true) => {
+                let hooke = HookeByPlace::new(materials.palette(), places);
+                self.stress_sweep(materials, |_| PositiveChange { hooke, state: state_now });
+            }
         }
         self.work.state = state;
     }
 
     /// The smallest det F, and the particle that has it, at time `t` with the displacement `u`.
     pub fn smallest_jacobian(&mut self, t: f64, u: &[f64]) -> Option<(usize, f64)> {
-        let is_linear = self.linear;
+        let is_linear = self.is_linear();
         self.spread_displacement(t, u);
-        self.visit_sums(false, |_, sums| {
+        self.visit_sums(false, |_, _, sums| {
             let g = if is_linear { sums.gradient } else { sums.deformation };
             let mut out = [0.0; PAIR_COMPONENTS];
             out[0] = (Mat3::identity() + g).determinant();
@@ -210,21 +255,20 @@ impl Solid {
     /// Strain and Cauchy stress (Pa) of every particle, component by component (6 n values each), at time `t`; without v the stress
     /// lacks its viscous part.
     pub(super) fn strain_and_stress(&mut self, t: f64, u: &[f64], v: Option<&[f64]>) -> [Vec<f64>; 2] {
-        let relaxation_time = self.material.relaxation_time();
+        let relaxation_time = self.relaxation_time();
         let v = v.filter(|_| relaxation_time > 0.0);
         if let Some(v) = v {
             self.take_rate(t, v);
         }
         let is_damped = v.is_some();
         self.spread_displacement(t, u);
-        let (material, rate) = (Arc::clone(&self.material), std::mem::take(&mut self.work.rate));
-        let law = material.law();
-        self.visit_sums(false, |at, sums| {
+        let (materials, rate) = (Arc::clone(&self.materials), std::mem::take(&mut self.work.rate));
+        self.visit_sums(false, |a, at, sums| {
             let f_rate = if is_damped { matrix(&rate, at) } else { Mat3::zeros() };
-            let (strain, stress) = law.measures(relaxation_time, &sums.deformation, &f_rate);
+            let [strain, stress] = materials.measures(a, &sums.deformation, &f_rate);
             std::array::from_fn(|c| if c < 6 { strain.0[c] } else { stress.0[c - 6] })
         });
-        self.work.rate = if self.linear { Vec::new() } else { rate };
+        self.work.rate = if self.is_linear() { Vec::new() } else { rate };
         [self.gather_pair(0..6), self.gather_pair(6..12)]
     }
 
@@ -232,10 +276,10 @@ impl Solid {
     /// way up to time `t`.
     pub fn force_at_rest(&mut self, t: f64, share: f64, u: &[f64], force: &mut [f64]) {
         self.spread_share(t, share, u);
-        let material = Arc::clone(&self.material);
-        match material.law().finite_strain() {
-            None => self.linear_stress_sweep(),
-            Some(law) => self.watched_stress_sweep(law, None),
+        if self.is_linear() {
+            self.linear_stress_sweep();
+        } else {
+            self.watched_stress_sweep(None);
         }
         self.adjoint_sweep();
         self.take_forces(force);
@@ -303,16 +347,20 @@ impl Solid {
     /// share of their way up to time `t`; infinite where the body is turned inside out.
     pub fn elastic_energy(&mut self, t: f64, share: f64, u: &[f64]) -> f64 {
         self.spread_share(t, share, u);
-        let (material, kappa) = (Arc::clone(&self.material), self.hourglass);
-        let law = material.law();
-        self.visit_sums(true, |_, sums| {
+        let (materials, kappa) = (Arc::clone(&self.materials), self.hourglass);
+        let contrast = self.contrast.take();
+        self.visit_sums(true, |a, at, sums| {
             // Energy of the one-sided residual u_b - u_a - G_a X; pairs of particles count from both sides.
             // G M G^T = G H^T for H = G M, where L is the (pseudo-)inverse of M.
             let residual = -2.0 * sums.value.dot(&sums.laplacian) - sums.smooth[1].dot(&sums.smooth[0]);
+            let own = residual * materials.modulus(at.0, at.1);
+            let beside = contrast.as_ref().map_or(0.0, |c| sums.value.dot(&c.pull(at)));
+            let springs = 0.5 * kappa * (own - beside);
             let mut out = [0.0; PAIR_COMPONENTS];
-            out[0] = sums.volume * (law.energy_density(&sums.deformation) + 0.5 * kappa * residual);
+            out[0] = sums.volume * (materials.energy_density(a, &sums.deformation) + springs);
             out
         });
+        self.contrast = contrast;
         let of_particles: f64 = (0..self.len())
             .map(|a| {
                 let (t, lane) = self.lattice.tiles.place(a);

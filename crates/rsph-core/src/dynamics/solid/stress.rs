@@ -1,8 +1,9 @@
 //! Stress in each particle from the gradient of the field that was spread, as many particles at once as a vector register holds.
 
 use super::correction::GENERAL;
+use super::materials::{Kind, Materials, Places, STIFFNESS};
 use super::sweeps::{At, Body, Sums};
-use crate::material::{FiniteStrain, Stiffness};
+use crate::material::{Palette, Stiffness};
 use crate::ops::{PAIR_COMPONENTS, Pointwise};
 use crate::tensor::Mat3;
 use crate::tensor::lanes::{Lanes, MAX_LANES, Real, Tensor, Tensors};
@@ -50,13 +51,6 @@ impl<'a> Hooke<'a> {
         let [xx, yy, zz, xy, yz, xz] = sigma;
         Tensor([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     }
-
-    /// F^-T C : sym(F^-1 dF), a tangent that is never negative.
-    #[inline(always)]
-    pub(super) fn positive_change<T: Real>(&self, f: &Tensor<T>, df: &Tensor<T>) -> Tensor<T> {
-        let (inverse_transpose, _) = f.inverse_transpose();
-        inverse_transpose.times(&self.stress(&inverse_transpose.transpose().times(df)))
-    }
 }
 
 impl Stress for Hooke<'_> {
@@ -66,9 +60,54 @@ impl Stress for Hooke<'_> {
     }
 }
 
-/// P(F, dF/dt) of a law for any deformation, of the field u + T v.
+/// C : sym(grad z) of materials by place.
+pub(super) struct HookeByPlace<'a> {
+    places: &'a Places,
+    /// Of every material.
+    of: Vec<Hooke<'a>>,
+}
+
+impl<'a> HookeByPlace<'a> {
+    pub(super) fn new(palette: &'a Palette, places: &'a Places) -> Self {
+        let of = (0..palette.materials().len() as u16).map(|m| Hooke::new(palette.stiffness_of(m)));
+        Self { places, of: of.collect() }
+    }
+
+    /// C : sym(G).
+    #[inline(always)]
+    fn stress<S: Simd>(&self, at: &At<S>, gradient: &Tensor<Lanes<S>>) -> Tensor<Lanes<S>> {
+        match self.places.kind(at.tile) {
+            Kind::Pure(material) => {
+                self.of[usize::from(material)].stress(gradient).scaled(at.load(self.places.factor(at.tile)))
+            }
+            Kind::Mixed(number) => {
+                let stiffness = &self.places.stiffness[number as usize * STIFFNESS..][..STIFFNESS];
+                let [[xx, _, _], [xy, yy, _], [xz, yz, zz]] = gradient.symmetric_part().0;
+                let strain = [xx, yy, zz, xy, yz, xz];
+                let mut sigma = strain;
+                for (sigma, row) in sigma.iter_mut().zip(stiffness.chunks_exact(6)) {
+                    *sigma = strain[0] * at.load(&row[0]);
+                    for j in 1..6 {
+                        *sigma = strain[j].mul_add(at.load(&row[j]), *sigma);
+                    }
+                }
+                let [xx, yy, zz, xy, yz, xz] = sigma;
+                Tensor([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+            }
+        }
+    }
+}
+
+impl Stress for HookeByPlace<'_> {
+    #[inline(always)]
+    fn piola<S: Simd>(&self, at: &At<S>, gradient: &Tensor<Lanes<S>>) -> Tensor<Lanes<S>> {
+        self.stress(at, gradient)
+    }
+}
+
+/// P(F, dF/dt) of laws for any deformation, of the field u + T v.
 pub(super) struct Total<'a> {
-    pub(super) law: &'a dyn FiniteStrain,
+    pub(super) materials: &'a Materials,
     pub(super) tiles: &'a Tiles,
     /// dF/dt with T, if there is damping.
     pub(super) rate: Option<(&'a [Tile], f64)>,
@@ -89,7 +128,7 @@ impl Stress for Total<'_> {
             rate = Some(tensors);
         }
         of.store(&f);
-        self.law.stresses(S::F64_LANES, &of, rate.as_ref(), &mut piola);
+        self.materials.stresses((self.tiles, at.tile, at.lane), S::F64_LANES, &of, rate.as_ref(), &mut piola);
         self.watch(at, &f);
         piola.load(at.simd)
     }
@@ -119,7 +158,8 @@ impl Total<'_> {
 
 /// Change of P, about a state, for changes of F and dF/dt that are these shares of the gradient.
 pub(super) struct Change<'a> {
-    pub(super) law: &'a dyn FiniteStrain,
+    pub(super) materials: &'a Materials,
+    pub(super) tiles: &'a Tiles,
     pub(super) state: &'a State,
     pub(super) shares: [f64; 2],
 }
@@ -130,21 +170,25 @@ impl Stress for Change<'_> {
         let [mut f, mut df, mut change] = [Tensors::ZERO; 3];
         f.store(&self.state.local(at));
         df.store(gradient);
-        self.law.tangents(S::F64_LANES, &f, &df, self.shares, &mut change);
+        let at_lanes = (self.tiles, at.tile, at.lane);
+        let State { mixed, .. } = self.state;
+        self.materials.tangents(at_lanes, S::F64_LANES, [&f, &df], self.shares, mixed, &mut change);
         change.load(at.simd)
     }
 }
 
-/// The positive tangent [`Hooke::positive_change`] about a state.
-pub(super) struct PositiveChange<'a> {
-    pub(super) hooke: Hooke<'a>,
+/// The positive tangent F^-T C : sym(F^-1 dF) about a state.
+pub(super) struct PositiveChange<'a, H> {
+    pub(super) hooke: H,
     pub(super) state: &'a State,
 }
 
-impl Stress for PositiveChange<'_> {
+impl<H: Stress> Stress for PositiveChange<'_, H> {
     #[inline(always)]
     fn piola<S: Simd>(&self, at: &At<S>, gradient: &Tensor<Lanes<S>>) -> Tensor<Lanes<S>> {
-        self.hooke.positive_change(&self.state.local(at), gradient)
+        let (inverse_transpose, _) = self.state.local(at).inverse_transpose();
+        let turned_back = inverse_transpose.transpose().times(gradient);
+        inverse_transpose.times(&self.hooke.piola(at, &turned_back))
     }
 }
 
@@ -153,7 +197,9 @@ impl Stress for PositiveChange<'_> {
 pub(super) struct State {
     /// grad u, then the number less one, as a tiled field of [`PAIR_COMPONENTS`].
     pub(super) values: Vec<Tile>,
-    /// Whether the tangent there is replaced by [`Hooke::positive_change`].
+    /// dP/dF of the particles in tiles of several laws.
+    pub(super) mixed: Vec<Tile>,
+    /// Whether the tangent there is replaced by [`PositiveChange`].
     pub(super) is_positive: bool,
 }
 
@@ -187,6 +233,8 @@ pub(super) struct StressSweep<'a, P, const C: usize> {
     pub(super) body: Body<'a>,
     /// kappa.
     pub(super) hourglass: f64,
+    /// What kappa is multiplied by in every tile, where it is not the same everywhere.
+    pub(super) modulus: Option<&'a [Tile]>,
     pub(super) stress: P,
 }
 
@@ -222,7 +270,10 @@ impl<P: Stress, const C: usize> StressSweep<'_, P, C> {
         let piola = self.stress.piola(at, &sums.deformation);
         let force = piola.scaled(local.volume);
         at.store_tensor::<C>(&force, stress);
-        let stiff = local.volume * self.hourglass;
+        let mut stiff = local.volume * self.hourglass;
+        if let Some(modulus) = self.modulus {
+            stiff = stiff * at.load(&modulus[at.tile]);
+        }
         let on_lattice = if FULL { force } else { self.body.on_lattice(at, &force) };
         let mut t = local.corrected::<FULL>(&on_lattice).plus(-stiff, &sums.smooth[1]);
         let twice = stiff + stiff;

@@ -3,7 +3,8 @@
 use super::constants::{Constants, Local, scatter};
 use super::correction::{Correction, ForceField, GENERAL, GradientField, PLACES, ROW, SYM, SYMMETRIC};
 use super::hourglass::Memory;
-use super::stress::{Gradients, Hooke, Stress, StressSweep};
+use super::materials::Materials;
+use super::stress::{Gradients, Hooke, HookeByPlace, Stress, StressSweep};
 use super::{Solid, Workspace};
 use crate::ops::{self, PAIR_COMPONENTS, Pointwise, Results, Side};
 use crate::tensor::lanes::{Lanes, Real, Tensor};
@@ -11,6 +12,7 @@ use crate::tensor::{Mat3, SymTensor, Vec3};
 use crate::tiles::{LANES, Tile, Tiles};
 use pulp::Simd;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// Some lanes of a tile.
 #[derive(Clone, Copy)]
@@ -224,7 +226,7 @@ pub(super) struct ParticleSums {
     pub(super) smooth: [Mat3; 2],
 }
 
-/// A function of (tile and lane, sums) for one particle at a time.
+/// A function of (particle, its tile and lane, sums) for one particle at a time.
 struct EachParticle<'a, F, const C: usize> {
     tiles: &'a Tiles,
     body: Body<'a>,
@@ -236,7 +238,7 @@ const PARTICLE_SUMS: usize = 1 + 3 + 3 + 4 * 9;
 
 impl<F, const C: usize> Pointwise for EachParticle<'_, F, C>
 where
-    F: Fn((usize, usize), &ParticleSums) -> [f64; PAIR_COMPONENTS] + Sync,
+    F: Fn(usize, (usize, usize), &ParticleSums) -> [f64; PAIR_COMPONENTS] + Sync,
 {
     #[inline(always)]
     fn transform<S: Simd>(
@@ -265,8 +267,8 @@ where
             }
         }
         let mut out = [[0.0; LANES]; PAIR_COMPONENTS];
-        let (_, mask) = self.tiles.particles(tile);
-        for l in (0..S::F64_LANES).filter(|l| mask >> (lane + l) & 1 == 1) {
+        for l in 0..S::F64_LANES {
+            let Some(a) = self.tiles.particle(tile, lane + l) else { continue };
             let of = values.each_ref().map(|lanes| lanes[l]);
             let (vector, tensor) = (
                 |c: usize| Vec3::from_row_slice(&of[c..c + 3]),
@@ -280,7 +282,7 @@ where
                 deformation: tensor(1),
                 smooth: [tensor(2), tensor(3)],
             };
-            for (out, result) in out.iter_mut().zip((self.function)((tile, lane + l), &sums)) {
+            for (out, result) in out.iter_mut().zip((self.function)(a, (tile, lane + l), &sums)) {
                 out[l] = result;
             }
         }
@@ -300,6 +302,9 @@ impl Solid {
         let origin = if n > 0 { value(0) } else { Vec3::zeros() };
         scatter(&self.lattice, &self.lift.folds.following, &self.constants, u, v, &origin, &mut self.work.q);
         self.lift.folds.stretch(value, &origin);
+        if let Some(contrast) = &mut self.contrast {
+            contrast.stretch(&self.lattice, &self.constants, &self.work.q);
+        }
         let components = self.components();
         let Workspace { q, side, lifted, .. } = &mut self.work;
         if !self.lift.is_empty() {
@@ -369,12 +374,12 @@ impl Solid {
         pointwise
     }
 
-    /// Leaves `visit(tile and lane, sums)` of every particle of the field that was spread in the tiled field `pair`. Only for the
+    /// Leaves `function(particle, its tile and lane, sums)` of every particle of the field that was spread in the tiled field `pair`. Only for the
     /// hourglass term (`hourglass`) what it remembers is summed.
     pub(super) fn visit_sums(
         &mut self,
         hourglass: bool,
-        function: impl Fn((usize, usize), &ParticleSums) -> [f64; PAIR_COMPONENTS] + Sync,
+        function: impl Fn(usize, (usize, usize), &ParticleSums) -> [f64; PAIR_COMPONENTS] + Sync,
     ) {
         if self.is_linear() {
             self.sweep(hourglass, |tiles, body| EachParticle::<_, SYMMETRIC> { tiles, body, function });
@@ -394,17 +399,32 @@ impl Solid {
 
     /// From the field that was spread to T_a and the part of the force that needs no neighbour's T, with P of a law for any
     /// deformation; returns that law.
-    pub(super) fn stress_sweep<'a, P: Stress>(&'a mut self, stress: impl FnOnce(&'a Tiles) -> P) -> P {
-        let hourglass = self.hourglass;
-        let sweep = |tiles, body| StressSweep::<_, GENERAL> { body, hourglass, stress: stress(tiles) };
+    pub(super) fn stress_sweep<'a, P: Stress>(
+        &'a mut self,
+        materials: &'a Materials,
+        stress: impl FnOnce(&'a Tiles) -> P,
+    ) -> P {
+        let (hourglass, modulus) = (self.hourglass, materials.places().map(|places| &places.modulus[..]));
+        let sweep =
+            |tiles, body| StressSweep::<_, GENERAL> { body, hourglass, modulus, stress: stress(tiles) };
         self.sweep(true, sweep).stress
     }
 
-    /// [`Self::stress_sweep`] with P of a linear law.
+    /// [`Self::stress_sweep`] with P of linear laws.
     pub(super) fn linear_stress_sweep(&mut self) {
-        let (hourglass, stiffness) = (self.hourglass, self.stiffness);
-        let stress = Hooke::new(&stiffness);
-        self.sweep(true, |_, body| StressSweep::<_, SYMMETRIC> { body, hourglass, stress });
+        let (hourglass, materials) = (self.hourglass, Arc::clone(&self.materials));
+        match materials.places() {
+            None => {
+                let stress = Hooke::new(materials.first_stiffness());
+                let modulus = None;
+                self.sweep(true, |_, body| StressSweep::<_, SYMMETRIC> { body, hourglass, modulus, stress });
+            }
+            Some(places) => {
+                let stress = HookeByPlace::new(materials.palette(), places);
+                let modulus = Some(&places.modulus[..]);
+                self.sweep(true, |_, body| StressSweep::<_, SYMMETRIC> { body, hourglass, modulus, stress });
+            }
+        }
     }
 
     /// From T_a and V P to the sums of the second sweep, the adjoint of the gradient.
@@ -424,6 +444,9 @@ impl Solid {
                 let field = ForceField::<GENERAL> { correction, stress: side };
                 ops::even_sums(lattice, &correction.reach, &field, results);
             }
+        }
+        if let Some(contrast) = &self.contrast {
+            contrast.add(self.hourglass, q);
         }
         self.lift.folds.react(self.hourglass, q);
         if !self.lift.is_empty() {

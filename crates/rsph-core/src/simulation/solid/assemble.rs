@@ -2,6 +2,7 @@
 //! the particles were in the undeformed body.
 
 use super::held::Held;
+use super::materials::compositions;
 use crate::boundary::flat_face::{self, Faces};
 use crate::boundary::fold::Folds;
 use crate::boundary::load::{LoadedBody, nodal_loads};
@@ -110,7 +111,12 @@ impl LatticeParticles {
             Held::Surface(constraints) => Folds::new(constraints, surface, &lattice, remeshed),
             Held::Layers(_) => Folds::default(),
         };
-        Ok(Solid::new(lattice, &self.volume, fixed, material, hourglass).folded(folds, held.holds()))
+        let cells = compositions(&setup.mechanics, &self.positions(), &lattice)?;
+        let mut solid = Solid::new(lattice, &self.volume, fixed, material, hourglass);
+        if let Some(cells) = cells {
+            solid = solid.made_of(setup.mechanics.materials().cloned().collect(), cells);
+        }
+        Ok(solid.folded(folds, held.holds()))
     }
 
     /// The undeformed `surface` with the weights of these particles and of their images in `folds`.

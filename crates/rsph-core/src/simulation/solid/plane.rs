@@ -1,8 +1,10 @@
 //! What a body in the plane can not do: it is in plane strain, and nothing moves or pushes across its plane.
 
 use crate::error::InvalidInput;
+use crate::material::Material;
 use crate::region::{Axis, Region};
 use crate::setup::{Formulation, LoadKind, Setup, SolidSetup};
+use std::sync::Arc;
 
 /// Share of the stiffness that rounding makes of a zero.
 const SYMMETRIC: f64 = 1e-9;
@@ -20,13 +22,16 @@ pub(super) fn check(setup: &Setup<SolidSetup>) -> Result<(), InvalidInput> {
             "take \"adjoint\", or a body in space such as a box",
         ));
     }
-    let c = setup.mechanics.material.stiffness().0;
-    // Shear across the plane, yz and xz, from what happens in it.
-    let across_plane = (0..4).flat_map(|i| [c[i][4], c[i][5], c[4][i], c[5][i]]);
-    if across_plane.into_iter().any(|c_ij| c_ij.abs() > SYMMETRIC * c[0][0]) {
+    let leaves = |material: &&Arc<dyn Material>| {
+        let c = material.stiffness().0;
+        // Shear across the plane, yz and xz, from what happens in it.
+        let mut across_plane = (0..4).flat_map(|i| [c[i][4], c[i][5], c[4][i], c[5][i]]);
+        across_plane.any(|c_ij| c_ij.abs() > SYMMETRIC * c[0][0])
+    };
+    if let Some(material) = setup.mechanics.materials().find(leaves) {
         return Err(InvalidInput::new(
             "material",
-            setup.mechanics.material.name(),
+            material.name(),
             "is not symmetric about the plane of a plane body, which would leave it",
             "let fibres lie in the plane or along z",
         ));

@@ -8,18 +8,20 @@
 //! obeys T ds/dt + s = t. Under any other law F = F_fit + a (x) n with P(F, dF/dt) n = t, dF/dt as the fit has it.
 
 use super::held::Held;
+use super::materials::at_points;
 use crate::boundary::constraints::projectors;
 use crate::boundary::load::SurfaceTraction;
 use crate::boundary::surface_load::SurfacePoint;
-use crate::material::{FiniteStrain, Law, Material, Stiffness};
+use crate::error::InvalidInput;
+use crate::material::{FiniteStrain, Law, Material, Scaled, Stiffness};
 use crate::mesh::TriangleMesh;
 use crate::mls::{Cloud, GradientFit};
 use crate::neighbors::CellList;
 use crate::setup::{Load, Ramp, Setup, SolidSetup};
-use crate::shape::Shape;
 use crate::surface::VertexStrain;
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Radius over which normals are averaged, in spacings.
 const SMOOTH: f64 = 0.75;
@@ -32,6 +34,8 @@ const TOLERANCE: f64 = 0.1;
 #[derive(Clone, Debug)]
 pub(super) struct SurfaceReading {
     vertices: Vec<Vertex>,
+    /// Number of the material at each and the factor of its moduli; nothing if they are the same everywhere.
+    materials: Vec<(usize, f64)>,
     /// C e n at an earlier time, from which it goes on: at the start, at rest, and when loads are replaced.
     pub(super) settled: Settled,
 }
@@ -57,7 +61,7 @@ pub(super) struct Settled {
 
 /// What a surface is loaded with.
 pub(super) struct Loading<'a> {
-    pub material: &'a dyn Material,
+    pub solid: &'a SolidSetup,
     pub loads: &'a [Load],
     pub surface: &'a TriangleMesh,
     pub spacing: f64,
@@ -66,19 +70,23 @@ pub(super) struct Loading<'a> {
 impl<'a> Loading<'a> {
     /// The loads of a set-up on a surface with particles that far apart.
     pub fn of(setup: &'a Setup<SolidSetup>, surface: &'a TriangleMesh, spacing: f64) -> Self {
-        Self { material: &*setup.mechanics.material, loads: &setup.mechanics.loads, surface, spacing }
+        Self { solid: &setup.mechanics, loads: &setup.mechanics.loads, surface, spacing }
     }
 }
 
 impl SurfaceReading {
     /// Of the zero level set of a body with these vertices; `points` cover its surface, held as `held` says.
+    ///
+    /// # Errors
+    /// A modulus on the surface that is not positive.
     pub fn new(
-        shape: &dyn Shape,
+        setup: &Setup<SolidSetup>,
         held: &Held,
         points: &[SurfacePoint],
         vertices: &[Vec3],
         spacing: f64,
-    ) -> Self {
+    ) -> Result<Self, InvalidInput> {
+        let shape = &*setup.shape;
         let places: Vec<Vec3> = points.iter().map(|p| p.x).collect();
         let cells = CellList::new(&places, SMOOTH * spacing);
         let set = |p: &SurfacePoint| held.held_at(&p.x, &p.normal).unwrap_or(0);
@@ -110,7 +118,15 @@ impl SurfaceReading {
             let free = what_is_held.iter().fold(Mat3::identity(), |free, (_, projector)| free - projector);
             Vertex { x: x - shape.signed_distance(x) * normal, normal, free }
         };
-        Self { vertices: vertices.par_iter().map(vertex).collect(), settled: Settled::default() }
+        let materials = at_points(&setup.mechanics, vertices)?;
+        let vertices = vertices.par_iter().map(vertex).collect();
+        Ok(Self { vertices, materials, settled: Settled::default() })
+    }
+
+    /// The material at vertex `i`, and the factor of its moduli.
+    fn material<'a>(&self, solid: &'a SolidSetup, i: usize) -> (&'a dyn Material, f64) {
+        let (k, factor) = self.materials.get(i).copied().unwrap_or((0, 1.0));
+        (&**solid.materials().nth(k).unwrap_or(&solid.material), factor)
     }
 
     /// Fits of the gradient at the places that are read.
@@ -118,7 +134,7 @@ impl SurfaceReading {
         self.vertices.par_iter().map(|v| cloud.gradient_fit(&v.x)).collect()
     }
 
-    /// Strain and stress of every vertex at time `t`, from the displacement u of the particles and u + T v. The traction
+    /// Strain and stress of every vertex at time `t`, from the displacement u of the particles and u + T v with the longest T. The traction
     /// is not known near particles that are `pushed` by forces from outside (nothing: there are none).
     pub fn read(
         &self,
@@ -129,24 +145,24 @@ impl SurfaceReading {
         u: impl Fn(usize) -> Vec3 + Sync,
         effective: impl Fn(usize) -> Vec3 + Sync,
     ) -> Vec<VertexStrain> {
-        let relaxation_time = loading.material.relaxation_time();
+        let longest = loading.solid.relaxation_time();
         let tractions = Tractions::new(loading);
-        let law = loading.material.law();
         let read = |(i, (vertex, fit)): (usize, (&Vertex, &GradientFit))| {
             let is_pushed = !pushed.is_empty() && cloud.rests_on(fit, pushed);
             let free = if is_pushed { Mat3::zeros() } else { vertex.free };
             let now = tractions.at(vertex, |ramp| ramp.at(t));
-            let stiffness = match law {
-                Law::Linear(stiffness) => stiffness,
-                Law::FiniteStrain(finite) => {
-                    let g = cloud.gradient(fit, &u);
-                    let rate = if relaxation_time > 0.0 {
-                        (cloud.gradient(fit, &effective) - g) / relaxation_time
-                    } else {
-                        Mat3::zeros()
-                    };
-                    let f = with_nominal_traction(finite, (&vertex.normal, &free), &g, &rate, &now);
-                    let (strain, stress) = law.measures(relaxation_time, &(f - Mat3::identity()), &rate);
+            let (material, factor) = self.material(loading.solid, i);
+            let relaxation_time = material.relaxation_time();
+            let g = cloud.gradient(fit, &u);
+            let rate =
+                if longest > 0.0 { (cloud.gradient(fit, &effective) - g) / longest } else { Mat3::zeros() };
+            let stiffness = match material.law() {
+                Law::Linear(stiffness) => stiffness * factor,
+                Law::FiniteStrain(law) => {
+                    let law = Scaled { law, factor };
+                    let f = with_nominal_traction(&law, (&vertex.normal, &free), &g, &rate, &now);
+                    let (strain, stress) =
+                        Law::FiniteStrain(&law).measures(relaxation_time, &(f - Mat3::identity()), &rate);
                     let turned = f.try_inverse().map(|inverse| inverse.transpose() * vertex.normal);
                     let normal = turned.map_or(vertex.normal, |n| n.normalize());
                     return VertexStrain { normal, strain, stress };
@@ -155,9 +171,9 @@ impl SurfaceReading {
             let strain_of =
                 |g: Mat3, traction: Vec3| with_traction(&stiffness, (&vertex.normal, &free), &g, &traction);
             let settled = self.relaxed(i, vertex, &tractions, t, relaxation_time);
-            let strain = strain_of(cloud.gradient(fit, &u), settled);
+            let strain = strain_of(g, settled);
             let stress = if relaxation_time > 0.0 {
-                stiffness.stress(strain_of(cloud.gradient(fit, &effective), now))
+                stiffness.stress(strain_of(g + rate * relaxation_time, now))
             } else {
                 stiffness.stress(strain)
             };
@@ -169,26 +185,31 @@ impl SurfaceReading {
     /// Starts from the displacement u of the particles, which were deformed before they were loaded.
     pub fn start_from(
         &mut self,
-        material: &dyn Material,
+        solid: &SolidSetup,
         (cloud, fits): (&Cloud<'_>, &[GradientFit]),
         u: impl Fn(usize) -> Vec3 + Sync,
     ) {
-        let stiffness = material.stiffness();
-        let of = |(vertex, fit): (&Vertex, &GradientFit)| {
-            stiffness.stress(SymTensor::symmetric_part(&cloud.gradient(fit, &u))).dot(&vertex.normal)
+        let of = |(i, (vertex, fit)): (usize, (&Vertex, &GradientFit))| {
+            let (material, factor) = self.material(solid, i);
+            let strain = SymTensor::symmetric_part(&cloud.gradient(fit, &u));
+            material.stiffness().stress(strain).dot(&vertex.normal) * factor
         };
-        let traction = self.vertices.par_iter().zip(fits).map(of).collect();
+        let traction = self.vertices.par_iter().zip(fits).enumerate().map(of).collect();
         self.settled = Settled { time: 0.0, traction };
     }
 
     /// Remembers C e n of this moment: the loads are about to change.
     pub fn settle(&mut self, loading: &Loading<'_>, t: f64, at_rest: bool) {
-        if loading.material.relaxation_time() == 0.0 || loading.material.law().finite_strain().is_some() {
+        let remembers =
+            |m: &Arc<dyn Material>| m.relaxation_time() > 0.0 && m.law().finite_strain().is_none();
+        if !loading.solid.materials().any(remembers) {
             return;
         }
-        let relaxation_time = if at_rest { 0.0 } else { loading.material.relaxation_time() };
         let tractions = Tractions::new(loading);
-        let each = |(i, vertex): (usize, &Vertex)| self.relaxed(i, vertex, &tractions, t, relaxation_time);
+        let each = |(i, vertex): (usize, &Vertex)| {
+            let relaxation_time = self.material(loading.solid, i).0.relaxation_time();
+            self.relaxed(i, vertex, &tractions, t, if at_rest { 0.0 } else { relaxation_time })
+        };
         let traction = self.vertices.par_iter().enumerate().map(each).collect();
         self.settled = Settled { time: t, traction };
     }
