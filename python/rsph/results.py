@@ -1,6 +1,7 @@
 """What a simulation gives: moments, surfaces, and the files of a run's folder.
 
-Symmetric tensors have six components in the order XX YY ZZ XY YZ XZ.
+Symmetric tensors have six components in the order XX YY ZZ XY YZ XZ, matrices nine, row by row;
+principal values have three, the largest first.
 """
 
 from __future__ import annotations
@@ -30,8 +31,9 @@ Array = npt.NDArray[np.float64]
 class Snapshot:
     """One moment of a simulation, with read-only arrays that are not copied.
 
-    It stays as it is when the simulation goes on. Every field is an attribute and an item:
-    ``snapshot.stress`` is ``snapshot["stress"]``. Made by :meth:`rsph.Simulation.snapshot`.
+    It stays as it is when the simulation goes on. Every field is an item, those of every simulation
+    are attributes too: ``snapshot.stress`` is ``snapshot["stress"]``. Made by
+    :meth:`rsph.Simulation.snapshot`.
     """
 
     def __init__(self, snapshot: _rsph.Snapshot) -> None:
@@ -139,9 +141,9 @@ class Surface(_Frame):
 
     Attributes:
         time: simulated time (s).
-        fields: values on the vertices by name, shapes (V,), (V, 3), (V, 6); ``surface["strain"]``
-            is ``surface.fields["strain"]``. ``normal_strain`` is n.e.n, ``shear_strain`` is
-            |e n - (n.e.n) n|.
+        fields: values on the vertices by name, shapes (V,), (V, 3), (V, 6), (V, 9);
+            ``surface["strain"]`` is ``surface.fields["strain"]``. ``normal_strain`` is n.e.n,
+            ``shear_strain`` is |e n - (n.e.n) n|.
         vertices: current positions (m), shape (V, 3).
         triangles: vertex indices, outward, shape (T, 3).
     """
@@ -162,7 +164,7 @@ class ParticleFrame(_Frame):
 
     Attributes:
         time: simulated time (s).
-        fields: values by name, shapes (N,), (N, 3), (N, 6); ``frame["strain"]`` is
+        fields: values by name, shapes (N,), (N, 3), (N, 6), (N, 9); ``frame["strain"]`` is
             ``frame.fields["strain"]``.
         positions: current positions (m), shape (N, 3).
     """

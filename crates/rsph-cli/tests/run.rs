@@ -375,12 +375,17 @@ fn the_force_of_each_grip_is_read_in_time() {
     let csv = bench.path("results/probes.csv");
     let header = std::fs::read_to_string(&csv).unwrap();
     let header = header.lines().next().unwrap();
-    assert!(
-        header.contains("lower_force_z") && header.ends_with("upper_force_x,upper_force_y,upper_force_z")
-    );
+    assert!(header.contains("lower_moment_z,upper_force_x") && header.ends_with("upper_displacement_z"));
     for (row, force) in rows(&csv).iter().zip([0.0, 0.5, 1.0]) {
-        assert!((row[3] + force).abs() < 1e-6 && (row[6] - force).abs() < 1e-6, "{row:?}");
+        assert!((row[3] + force).abs() < 1e-8 && (row[9] - force).abs() < 1e-8, "{row:?}");
+        assert!(row[4..=6].iter().chain(&row[10..=12]).all(|moment| moment.abs() < 1e-9), "{row:?}");
+        assert!((row[15] - 0.001 * force).abs() < 1e-15, "{row:?}");
     }
+    let summary = std::fs::read_to_string(bench.path("results/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    assert!((summary["readings"]["upper_force_z"].as_f64().unwrap() - 1.0).abs() < 1e-8, "{summary}");
+    let report = std::fs::read_to_string(bench.path("results/report.html")).unwrap();
+    assert!(report.contains(r#"{"name":"upper.z","force":8,"displacement":14}"#));
     let twice = bench.rsph(&["run", "grips.toml", "--set", "boundary.1.name=lower", "--output", "no"]);
     assert!(twice.code == Some(2) && twice.err.contains("lower_force_x"), "{}", twice.err);
 }

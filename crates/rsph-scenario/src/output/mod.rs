@@ -221,7 +221,13 @@ impl RunWriters {
         self.particles.finish()?;
         self.surface.finish()?;
         self.probes.flush()?;
-        let summary = Summary::new(&self.info, outcome, &self.last, self.particle_count, self.frames);
+        let summary = Summary::new(
+            &self.info,
+            outcome,
+            (&self.last, self.report.last_readings()),
+            self.particle_count,
+            self.frames,
+        );
         let path = self.folder.join("summary.json");
         let json = summary.to_json().map_err(|e| SinkError::new(&path, e))?;
         atomic::write(&path, json.as_bytes())?;
