@@ -12,7 +12,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -108,6 +108,31 @@ class Snapshot:
     def von_mises(self) -> Array:
         """Von Mises' equivalent stress (Pa), shape (N,)."""
         return self["von_mises"]
+
+    def to_nifti(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        like: str | os.PathLike[str],
+        field: str = "displacement",
+        scale: float | None = None,
+        axes: Literal["image", "organ"] = "image",
+        outside: float = 0.0,
+    ) -> None:
+        """Writes a field on the voxels of a CT or MR image, as :meth:`Run.to_nifti` does.
+
+        Args:
+            path: NIfTI file; compressed if its name ends with ``.gz``.
+            like: the image whose voxels are taken, a NIfTI file.
+            field: a field or a component of it: ``"displacement"``, ``"strain"``, ``"stress.zz"``.
+            scale: factor from the units of the image to those of the body; by default to metres, as
+                its header says. As given to :class:`rsph.shapes.LabelMap`.
+            axes: the same.
+            outside: value of the voxels outside the body.
+        """
+        self._snapshot.to_nifti(
+            os.fspath(path), field, os.fspath(like), scale, axes, float(outside)
+        )
 
     def __getitem__(self, field: str) -> Array:
         column = self._snapshot.column(field)
@@ -322,6 +347,40 @@ class Run:
         from rsph.scenario import Scenario
 
         return Scenario.from_toml(self._file("scenario.toml"))
+
+    def to_nifti(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        like: str | os.PathLike[str],
+        field: str = "displacement",
+        frame: int = -1,
+        outside: float = 0.0,
+    ) -> None:
+        """Writes a field of the particles on the voxels of a CT or MR image, for overlay on it.
+
+        The field is shown on the undeformed body, where the image shows it, with the scale and the
+        axes of the scenario's label map, if it has one. A displacement is a displacement field
+        (NIfTI intent 1006) in the units and along the axes of the image.
+
+        Args:
+            path: NIfTI file; compressed if its name ends with ``.gz``.
+            like: the image whose voxels are taken, a NIfTI file.
+            field: a field or a component of it: ``"displacement"``, ``"strain"``, ``"stress.zz"``.
+            frame: which moment.
+            outside: value of the voxels outside the body, for example ``float("nan")``.
+
+        Raises:
+            InputError: a field that is not there, or an image on which the body is not.
+        """
+        _rsph.frame_to_nifti(
+            os.fspath(self._path),
+            self.particles._frame(frame),
+            os.fspath(path),
+            field,
+            os.fspath(like),
+            float(outside),
+        )
 
     def _file(self, name: str) -> Path:
         path = self._path / name

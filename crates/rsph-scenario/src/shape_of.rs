@@ -1,9 +1,9 @@
 //! The body's shape from its table: the one place that knows how shapes are built.
 
-use crate::label_map::{Axes, read_label};
+use crate::label_map::read_label;
 use crate::mesh_io::read_mesh;
 use crate::scenario::{
-    AxesName, BodyTable, Document, KeyPath, LabelMapTable, LabelMapValue, ScenarioError, ShapeTable,
+    BodyTable, Document, KeyPath, LabelMapTable, LabelMapValue, ScenarioError, ShapeTable,
 };
 use rsph_core::shape::{
     BoxShape, CylinderShape, DiscShape, MeshShape, PolygonShape, RectangleShape, Shape, SphereShape, organ,
@@ -57,14 +57,11 @@ fn of_image(doc: &Document, image: &LabelMapTable, base_dir: &Path) -> Result<Fo
         let problem = format!("{}: {}", e.path.display(), e.problem);
         doc.error(&place.key("path"), problem, e.remedy)
     })?;
-    let axes = match image.axes {
-        AxesName::Image => Axes::Image,
-        AxesName::Organ => Axes::Organ,
-    };
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let name = format!("label {} of {name}", image.label);
-    let (shape, notes) = voxel_shape(&read.runs, read.size, &read.placement(image.scale, axes), &name)
-        .map_err(|e| doc.invalid_input(&e))?;
+    let (shape, notes) =
+        voxel_shape(&read.runs, read.size, &read.placement(image.scale, image.axes.axes()), &name)
+            .map_err(|e| doc.invalid_input(&e))?;
     Ok((Arc::new(shape), notes))
 }
 

@@ -1,7 +1,10 @@
 //! Segmentations of CT and MR images, in which numbers stand for organs. One format a file.
 
+mod grid;
 mod header;
 mod nifti;
+
+pub use grid::{ImageGrid, read_grid};
 
 use rsph_core::shape::{Placement, Run};
 use rsph_core::tensor::{Mat3, Vec3};
@@ -46,12 +49,18 @@ pub enum Axes {
 impl Labelled {
     /// Where the image is in metres, or in units of which `scale` make one of the file's.
     pub fn placement(&self, scale: Option<f64>, axes: Axes) -> Placement {
-        let scale = scale.unwrap_or(self.metres);
-        let turn = match axes {
-            Axes::Image => Mat3::identity(),
-            Axes::Organ => Mat3::from_columns(&[-Vec3::x(), Vec3::z(), Vec3::y()]),
-        };
-        Placement { axes: turn * self.placement.axes * scale, origin: turn * self.placement.origin * scale }
+        let Self { size, placement, metres, .. } = *self;
+        ImageGrid { size, placement, metres }.placement(scale, axes)
+    }
+}
+
+impl Axes {
+    /// From the axes of the image to these.
+    pub fn turn(self) -> Mat3 {
+        match self {
+            Self::Image => Mat3::identity(),
+            Self::Organ => Mat3::from_columns(&[-Vec3::x(), Vec3::z(), Vec3::y()]),
+        }
     }
 }
 

@@ -22,6 +22,23 @@ const GZIP: [u8; 2] = [0x1f, 0x8b];
 
 /// The voxels of `label` in the file.
 pub fn read(path: &Path, label: u32) -> Result<Labelled, Problem> {
+    let (mut stream, length) = open(path)?;
+    let found = voxels(&mut stream, length, label)?;
+    if length.is_none() {
+        // Whether the archive is whole is known at its end.
+        io::copy(&mut stream.take(MAX_REST), &mut io::sink())
+            .map_err(|e| broken(format!("is a damaged archive: {e}")))?;
+    }
+    Ok(found)
+}
+
+/// The header of the file.
+pub fn read_header(path: &Path) -> Result<Header, Problem> {
+    header(&mut open(path)?.0)
+}
+
+/// The file as a stream, and how many bytes it has where that is known: where it is no archive.
+fn open(path: &Path) -> Result<(Box<dyn Read>, Option<u64>), Problem> {
     let unreadable = |e: &io::Error| {
         let remedy = match e.kind() {
             io::ErrorKind::NotFound => "check the path; a relative one in a scenario starts beside its file",
@@ -42,14 +59,9 @@ pub fn read(path: &Path, label: u32) -> Result<Labelled, Problem> {
     file.seek(SeekFrom::Start(0)).map_err(|e| unreadable(&e))?;
     let file = BufReader::with_capacity(1 << 16, file);
     if start == GZIP {
-        let mut stream = BufReader::with_capacity(1 << 16, MultiGzDecoder::new(file));
-        let found = voxels(&mut stream, None, label)?;
-        // Whether the archive is whole is known at its end.
-        io::copy(&mut stream.take(MAX_REST), &mut io::sink())
-            .map_err(|e| broken(format!("is a damaged archive: {e}")))?;
-        Ok(found)
+        Ok((Box::new(BufReader::with_capacity(1 << 16, MultiGzDecoder::new(file))), None))
     } else {
-        voxels(&mut { file }, Some(info.len()), label)
+        Ok((Box::new(file), Some(info.len())))
     }
 }
 

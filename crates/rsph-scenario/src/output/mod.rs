@@ -8,12 +8,14 @@ mod frames_file;
 pub mod html;
 mod info;
 mod machine;
+pub mod nifti;
 mod number;
 pub mod polydata;
 pub mod probes;
 pub mod report;
 pub mod summary;
 mod units;
+pub mod voxels;
 pub mod vtkhdf;
 pub mod vtp;
 
