@@ -133,4 +133,4 @@ def test_a_run_is_shown_with_the_registration_of_its_scenario(tmp_path):
     # Down in the body is down on the image: y of organs is z of the image.
     assert (u[shown][:, 2] < 0.0).mean() > 0.9
     assert shown[voxels == 0].sum() == 0
-    assert shown[voxels == 1].mean() > 0.75
+    assert shown[voxels == 1].mean() > 0.6

@@ -13,8 +13,9 @@ use rsph_core::shape::Placement;
 use rsph_core::tensor::{Mat3, SymTensor, Vec3};
 use std::path::Path;
 
-/// Farthest that the surface of a body lies from its nearest particle, in spacings.
-const REACH: f64 = 1.5;
+/// How far particles are looked for that say of a place that it lies in the body, in spacings. A flat face is then met to less
+/// than a tenth of a spacing.
+const REACH: f64 = 4.0;
 /// Where the components of a symmetric matrix of NIfTI stand in VTK's order.
 const LOWER_TRIANGLE: [usize; 6] = [0, 3, 1, 5, 4, 2];
 
@@ -57,7 +58,6 @@ pub fn on_voxels(
 ) -> Result<VoxelField, InvalidInput> {
     let (spec, component) = chosen(particles, quantity)?;
     let body = Undeformed::new(particles)?;
-    let cells = CellList::new(&body.positions, REACH * body.spacing);
     let cloud = Cloud::new(&body.positions, &body.volume, body.spacing);
     let placement = grid.placement(registration.scale, registration.axes);
     let [along_x, along_y, along_z] = body.indices(grid, &placement)?;
@@ -72,21 +72,16 @@ pub fn on_voxels(
             .into_par_iter()
             .map(|j| {
                 let row = along_x.clone().map(|i| [i, j, k]);
-                let near = |at: &[usize; 3]| {
-                    cells.nearest(&body.positions, &place(*at), REACH * body.spacing).is_some()
-                };
-                row.filter(near).collect()
+                row.filter(|at| body.holds(&place(*at))).collect()
             })
             .collect();
-        let near = rows.concat();
-        let places: Vec<Vec3> = near.iter().map(|at| place(*at)).collect();
+        let inside = rows.concat();
+        let places: Vec<Vec3> = inside.iter().map(|at| place(*at)).collect();
         let weights = PointWeights::new(&cloud, &places);
-        for (p, [i, j, k]) in near.into_iter().enumerate() {
-            if weights.value(&body.level_set, 0, p) <= 0.0 {
-                voxels.push((i + grid.size[0] * (j + grid.size[1] * k)) as u64);
-                let all: Vec<f64> = (0..spec.components).map(|c| weights.value(&values, c, p)).collect();
-                shown.put(&all, &mut stored);
-            }
+        for (p, [i, j, k]) in inside.into_iter().enumerate() {
+            voxels.push((i + grid.size[0] * (j + grid.size[1] * k)) as u64);
+            let all: Vec<f64> = (0..spec.components).map(|c| weights.value(&values, c, p)).collect();
+            shown.put(&all, &mut stored);
         }
     }
     if voxels.is_empty() {
@@ -136,7 +131,9 @@ fn column(particles: &PolyData, spec: &ColumnSpec) -> Result<Column, InvalidInpu
 struct Undeformed {
     positions: Vec<Vec3>,
     volume: Vec<f64>,
-    level_set: Column,
+    /// Signed distance of each particle to the surface, negative inside.
+    level_set: Vec<f64>,
+    cells: CellList,
     spacing: f64,
 }
 
@@ -151,7 +148,7 @@ impl Undeformed {
         }
         let u = column(particles, Field::Displacement.spec())?;
         let volume = column(particles, Field::Volume.spec())?.values().to_vec();
-        let level_set = column(particles, Field::LevelSet.spec())?;
+        let level_set = column(particles, Field::LevelSet.spec())?.values().to_vec();
         let place = |(a, x): (usize, &[f64; 3])| Vec3::from(*x) - u.vector(a);
         let positions: Vec<Vec3> = particles.points.iter().enumerate().map(place).collect();
         if !positions.iter().all(|x| x.iter().all(|c| c.is_finite())) {
@@ -172,12 +169,28 @@ impl Undeformed {
         if !(spacing.is_finite() && spacing > 0.0) {
             return refused("have volumes that are not positive");
         }
-        Ok(Self { positions, volume, level_set, spacing })
+        let cells = CellList::new(&positions, spacing);
+        Ok(Self { positions, volume, level_set, cells, spacing })
+    }
+
+    /// Whether a place lies in the body: it does if it is nearer to a particle than the surface is. An edge is met to a third of
+    /// a spacing, and nothing outside counts.
+    fn holds(&self, x: &Vec3) -> bool {
+        let covers = |a: usize| (x - self.positions[a]).norm() <= -self.level_set[a];
+        let reach = REACH * self.spacing;
+        let Some((nearest, _)) = self.cells.nearest(&self.positions, x, 1.5 * self.spacing) else {
+            return false;
+        };
+        let mut found = covers(nearest);
+        if !found {
+            self.cells.visit_near(x, reach, |a| found = found || covers(a as usize));
+        }
+        found
     }
 
     /// Lower and upper corner of the body.
     fn bounds(&self) -> (Vec3, Vec3) {
-        let margin = Vec3::repeat(REACH * self.spacing);
+        let margin = Vec3::repeat(self.spacing);
         let start = (Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY));
         let (low, high) = self.positions.iter().fold(start, |(low, high), x| (low.inf(x), high.sup(x)));
         (low - margin, high + margin)
