@@ -13,9 +13,10 @@ use rsph_core::shape::Placement;
 use rsph_core::tensor::{Mat3, SymTensor, Vec3};
 use std::path::Path;
 
-/// How far particles are looked for that say of a place that it lies in the body, in spacings. A flat face is then met to less
-/// than a tenth of a spacing.
+/// How far particles are looked for that say of a place that it lies in the body, in spacings.
 const REACH: f64 = 4.0;
+/// By how much a place may be farther from a particle than the surface is, in spacings: flat faces are met on average.
+const SLACK: f64 = 0.1;
 /// Where the components of a symmetric matrix of NIfTI stand in VTK's order.
 const LOWER_TRIANGLE: [usize; 6] = [0, 3, 1, 5, 4, 2];
 
@@ -173,10 +174,10 @@ impl Undeformed {
         Ok(Self { positions, volume, level_set, cells, spacing })
     }
 
-    /// Whether a place lies in the body: it does if it is nearer to a particle than the surface is. An edge is met to a third of
-    /// a spacing, and nothing outside counts.
+    /// Whether a place lies in the body: it does if it is nearer to a particle than the surface is. Nothing counts that lies farther
+    /// outside than the slack, and of edges less than 0.3 spacings are missed.
     fn holds(&self, x: &Vec3) -> bool {
-        let covers = |a: usize| (x - self.positions[a]).norm() <= -self.level_set[a];
+        let covers = |a: usize| (x - self.positions[a]).norm() <= SLACK * self.spacing - self.level_set[a];
         let reach = REACH * self.spacing;
         let Some((nearest, _)) = self.cells.nearest(&self.positions, x, 1.5 * self.spacing) else {
             return false;
