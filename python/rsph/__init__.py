@@ -16,7 +16,7 @@ from rsph.errors import (
     SimulationError,
     StorageError,
 )
-from rsph.probes import Probe
+from rsph.probes import Gauge, Probe
 from rsph.results import ParticleFrame, Results, Run, Snapshot, Surface, read
 from rsph.sampling import Particles
 from rsph.scenario import Scenario
@@ -27,6 +27,7 @@ __all__ = [
     "Description",
     "Equilibrium",
     "Error",
+    "Gauge",
     "InputError",
     "MissingFieldError",
     "ParticleFrame",

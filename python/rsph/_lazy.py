@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 _COMPONENTS = {
     3: ("component", ["x", "y", "z"]),
     6: ("tensor", ["xx", "yy", "zz", "xy", "yz", "xz"]),
+    9: ("matrix", ["xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"]),
 }
+_PRINCIPAL = ("principal", ["1", "2", "3"])
+_OF_PRINCIPAL = ("principal_strain", "principal_stretch", "principal_stress")
 
 
 def dataset(results: Results) -> Any:
@@ -54,7 +57,10 @@ def dataset(results: Results) -> Any:
     for name, components in results.fields.items():
         dimensions: tuple[str, ...] = ("time", "point")
         if components > 1:
-            extra, labels = _COMPONENTS.get(components, (f"{name}_component", range(components)))
+            default = (f"{name}_component", range(components))
+            extra, labels = _COMPONENTS.get(components, default)
+            if name in _OF_PRINCIPAL:
+                extra, labels = _PRINCIPAL
             dimensions += (extra,)
             coordinates[extra] = list(labels)
         lazy = indexing.LazilyIndexedArray(Field(name, components))

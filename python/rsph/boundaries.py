@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from rsph._scenario import Table, Vector, check, vector
+from rsph._scenario import Table, Vector, check, vector, without_none
 from rsph.regions import Region
 
 __all__ = ["Boundary", "Clamp", "Oscillation", "Prescribed", "RampTo"]
@@ -24,20 +24,26 @@ class Boundary:
             holds the particles in it or, if there are none, the part of the surface in it.
         fix: the components held, all of them by default. ``["normal"]`` holds the one along the
             normal of the surface: a roller or a plane of symmetry.
-        name: what the force on the body that it carries is called: probes and histories get
-            ``<name>_force_x``, ``_y`` and ``_z`` (N).
+        name: what it carries is called by: probes and histories get ``<name>_force_x``, ``_y`` and
+            ``_z``, the force on the body (N), ``<name>_moment_x`` and so on (N m), and where it
+            moves ``<name>_displacement_x`` and so on (m).
+        moment_about: the point that the moment is about (m), shape (3,); by default the centre of
+            what is held, which goes with the boundary.
     """
 
     region: Region
     fix: Sequence[Component] = ("x", "y", "z")
     name: str | None = None
+    moment_about: Vector | None = None
 
     def __post_init__(self) -> None:
         check("boundary", boundary=[self._as_table()])
 
     def _as_table(self) -> Table:
         table: Table = {"region": self.region._table, "fix": list(self.fix)}
-        return table if self.name is None else table | {"name": self.name}
+        about = self.moment_about
+        point = None if about is None else vector("boundary.moment_about", about)
+        return table | without_none(name=self.name, moment_about=point)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +53,8 @@ class Clamp(Boundary):
     >>> import rsph
     >>> floor = rsph.regions.plane(axis="z", at=0.0, side="below")
     >>> Clamp(region=floor, fix=["z"])
-    Clamp(region=regions.plane(axis='z', at=0.0, side='below'), fix=['z'], name=None)
+    Clamp(region=regions.plane(axis='z', at=0.0, side='below'), fix=['z'], name=None,
+    moment_about=None)
     """
 
     def _as_table(self) -> Table:

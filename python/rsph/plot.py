@@ -12,7 +12,7 @@ import numpy.typing as npt
 from rsph.errors import Error, InputError
 from rsph.results import Snapshot, Surface
 
-__all__ = ["history", "image", "polydata", "profile", "strain_map", "surface"]
+__all__ = ["force_displacement", "history", "image", "polydata", "profile", "strain_map", "surface"]
 
 
 def history(
@@ -37,6 +37,45 @@ def history(
     for name in probes if probes is not None else [k for k in history if k != "time"]:
         axes.plot(history["time"], history[name], label=name)
     axes.set_xlabel("time")
+    axes.legend()
+    return axes
+
+
+def force_displacement(
+    history: Mapping[str, npt.NDArray[np.float64]],
+    *,
+    boundary: str,
+    component: Literal["x", "y", "z"] | None = None,
+    axes: Any = None,
+) -> Any:
+    """Plots the force of a boundary that moves over its displacement.
+
+    Args:
+        history: what ``Simulation.run`` or ``Simulation.history`` returns, or ``Run.history``.
+        boundary: its name.
+        component: which component of both; by default the one that moves farthest.
+        axes: matplotlib axes to draw on; by default new ones.
+
+    Returns:
+        The axes.
+
+    Raises:
+        InputError: no boundary of that name moves.
+    """
+    moved = {c: history.get(f"{boundary}_displacement_{c}") for c in "xyz"}
+    size = {c: float(np.abs(u).max(initial=0.0)) for c, u in moved.items() if u is not None}
+    if not size:
+        raise InputError(
+            f"`boundary`: the history has no displacement of a boundary {boundary!r}",
+            key="boundary",
+            value=boundary,
+            remedy="give the boundary of kind `prescribed` that name",
+        )
+    along = component if component is not None else max(size, key=lambda c: size[c])
+    if axes is None:
+        axes = _pyplot().figure(layout="constrained").add_subplot()
+    axes.plot(moved[along], history[f"{boundary}_force_{along}"], label=f"{boundary}, {along}")
+    axes.set(xlabel="displacement", ylabel="force")
     axes.legend()
     return axes
 

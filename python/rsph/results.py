@@ -1,6 +1,7 @@
 """What a simulation gives: moments, surfaces, and the files of a run's folder.
 
-Symmetric tensors have six components in the order XX YY ZZ XY YZ XZ.
+Symmetric tensors have six components in the order XX YY ZZ XY YZ XZ, matrices nine, row by row;
+principal values have three, the largest first.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -30,8 +31,9 @@ Array = npt.NDArray[np.float64]
 class Snapshot:
     """One moment of a simulation, with read-only arrays that are not copied.
 
-    It stays as it is when the simulation goes on. Every field is an attribute and an item:
-    ``snapshot.stress`` is ``snapshot["stress"]``. Made by :meth:`rsph.Simulation.snapshot`.
+    It stays as it is when the simulation goes on. Every field is an item, those of every simulation
+    are attributes too: ``snapshot.stress`` is ``snapshot["stress"]``. Made by
+    :meth:`rsph.Simulation.snapshot`.
     """
 
     def __init__(self, snapshot: _rsph.Snapshot) -> None:
@@ -107,6 +109,31 @@ class Snapshot:
         """Von Mises' equivalent stress (Pa), shape (N,)."""
         return self["von_mises"]
 
+    def to_nifti(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        like: str | os.PathLike[str],
+        field: str = "displacement",
+        scale: float | None = None,
+        axes: Literal["image", "organ"] = "image",
+        outside: float = 0.0,
+    ) -> None:
+        """Writes a field on the voxels of a CT or MR image, as :meth:`Run.to_nifti` does.
+
+        Args:
+            path: NIfTI file; compressed if its name ends with ``.gz``.
+            like: the image whose voxels are taken, a NIfTI file.
+            field: a field or a component of it: ``"displacement"``, ``"strain"``, ``"stress.zz"``.
+            scale: factor from the units of the image to those of the body; by default to metres, as
+                its header says. As given to :class:`rsph.shapes.LabelMap`.
+            axes: the same.
+            outside: value of the voxels outside the body.
+        """
+        self._snapshot.to_nifti(
+            os.fspath(path), field, os.fspath(like), scale, axes, float(outside)
+        )
+
     def __getitem__(self, field: str) -> Array:
         column = self._snapshot.column(field)
         if column is None:
@@ -139,9 +166,9 @@ class Surface(_Frame):
 
     Attributes:
         time: simulated time (s).
-        fields: values on the vertices by name, shapes (V,), (V, 3), (V, 6); ``surface["strain"]``
-            is ``surface.fields["strain"]``. ``normal_strain`` is n.e.n, ``shear_strain`` is
-            |e n - (n.e.n) n|.
+        fields: values on the vertices by name, shapes (V,), (V, 3), (V, 6), (V, 9);
+            ``surface["strain"]`` is ``surface.fields["strain"]``. ``normal_strain`` is n.e.n,
+            ``shear_strain`` is |e n - (n.e.n) n|.
         vertices: current positions (m), shape (V, 3).
         triangles: vertex indices, outward, shape (T, 3).
     """
@@ -162,7 +189,7 @@ class ParticleFrame(_Frame):
 
     Attributes:
         time: simulated time (s).
-        fields: values by name, shapes (N,), (N, 3), (N, 6); ``frame["strain"]`` is
+        fields: values by name, shapes (N,), (N, 3), (N, 6), (N, 9); ``frame["strain"]`` is
             ``frame.fields["strain"]``.
         positions: current positions (m), shape (N, 3).
     """
@@ -320,6 +347,40 @@ class Run:
         from rsph.scenario import Scenario
 
         return Scenario.from_toml(self._file("scenario.toml"))
+
+    def to_nifti(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        like: str | os.PathLike[str],
+        field: str = "displacement",
+        frame: int = -1,
+        outside: float = 0.0,
+    ) -> None:
+        """Writes a field of the particles on the voxels of a CT or MR image, for overlay on it.
+
+        The field is shown on the undeformed body, where the image shows it, with the scale and the
+        axes of the scenario's label map, if it has one. A displacement is a displacement field
+        (NIfTI intent 1006) in the units and along the axes of the image.
+
+        Args:
+            path: NIfTI file; compressed if its name ends with ``.gz``.
+            like: the image whose voxels are taken, a NIfTI file.
+            field: a field or a component of it: ``"displacement"``, ``"strain"``, ``"stress.zz"``.
+            frame: which moment.
+            outside: value of the voxels outside the body, for example ``float("nan")``.
+
+        Raises:
+            InputError: a field that is not there, or an image on which the body is not.
+        """
+        _rsph.frame_to_nifti(
+            os.fspath(self._path),
+            self.particles._frame(frame),
+            os.fspath(path),
+            field,
+            os.fspath(like),
+            float(outside),
+        )
 
     def _file(self, name: str) -> Path:
         path = self._path / name

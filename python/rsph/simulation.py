@@ -20,7 +20,7 @@ from rsph.errors import InputError, RsphWarning
 from rsph.fields import Field, function_of, table_of
 from rsph.loads import Custom, Function, Load
 from rsph.materials import Material, Part
-from rsph.probes import Probe
+from rsph.probes import Gauge, Probe
 from rsph.results import Snapshot, Surface
 from rsph.sampling import Particles
 from rsph.scenario import Scenario
@@ -121,6 +121,9 @@ class Simulation:
         boundaries: parts that are held or moved.
         loads: what pushes or pulls; at most one of them a :class:`rsph.loads.Custom`.
         probes: named readings, for :meth:`probes` and the history.
+        gauges: strain gauges, whose readings follow those of the probes.
+        fields: measures of deformation and stress that snapshots and surfaces have beside the
+            fields of every simulation, such as ``"principal_strain"``.
         initial_velocity: a constant vector (m/s), a field of :mod:`rsph.fields`, or a function of
             an array (N, 3) of positions (m) that returns an array (N, 3). At rest by default.
         initial_displacement: the same for the displacement (m). None by default.
@@ -157,6 +160,8 @@ class Simulation:
         boundaries: Sequence[Boundary] = (),
         loads: Sequence[Load | Custom] = (),
         probes: Sequence[Probe] = (),
+        gauges: Sequence[Gauge] = (),
+        fields: Sequence[str] = (),
         initial_velocity: Field | None = None,
         initial_displacement: Field | None = None,
         formulation: Literal["adjoint", "paper"] = "adjoint",
@@ -197,6 +202,8 @@ class Simulation:
             boundary=[b._as_table() for b in _list(boundaries, Boundary, "boundaries")],
             load=[load._as_table() for load in given if isinstance(load, Load)],
             probe=[probe._as_table() for probe in _list(probes, Probe, "probes")],
+            gauge=[gauge._as_table() for gauge in _list(gauges, Gauge, "gauges")],
+            output={"fields": _list(fields, str, "fields")},
             solver=without_none(formulation=formulation, smoothing=smoothing, hourglass=hourglass),
             time=without_none(
                 integrator=integrator,

@@ -1,5 +1,6 @@
 //! The verbs, one file each.
 
+pub mod image;
 pub mod info;
 pub mod new;
 pub mod run;

@@ -3,6 +3,10 @@
 mod common;
 
 use common::{Bench, Done, scenario};
+use rsph_core::shape::Placement;
+use rsph_core::tensor::{Mat3, Vec3};
+use rsph_scenario::label_map::ImageGrid;
+use rsph_scenario::output::nifti::{self, Meaning, VoxelField};
 use std::path::Path;
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -375,12 +379,47 @@ fn the_force_of_each_grip_is_read_in_time() {
     let csv = bench.path("results/probes.csv");
     let header = std::fs::read_to_string(&csv).unwrap();
     let header = header.lines().next().unwrap();
-    assert!(
-        header.contains("lower_force_z") && header.ends_with("upper_force_x,upper_force_y,upper_force_z")
-    );
+    assert!(header.contains("lower_moment_z,upper_force_x") && header.ends_with("upper_displacement_z"));
     for (row, force) in rows(&csv).iter().zip([0.0, 0.5, 1.0]) {
-        assert!((row[3] + force).abs() < 1e-6 && (row[6] - force).abs() < 1e-6, "{row:?}");
+        assert!((row[3] + force).abs() < 1e-8 && (row[9] - force).abs() < 1e-8, "{row:?}");
+        assert!(row[4..=6].iter().chain(&row[10..=12]).all(|moment| moment.abs() < 1e-9), "{row:?}");
+        assert!((row[15] - 0.001 * force).abs() < 1e-15, "{row:?}");
     }
+    let summary = std::fs::read_to_string(bench.path("results/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    assert!((summary["readings"]["upper_force_z"].as_f64().unwrap() - 1.0).abs() < 1e-8, "{summary}");
+    let report = std::fs::read_to_string(bench.path("results/report.html")).unwrap();
+    assert!(report.contains(r#"{"name":"upper.z","force":8,"displacement":14}"#));
     let twice = bench.rsph(&["run", "grips.toml", "--set", "boundary.1.name=lower", "--output", "no"]);
     assert!(twice.code == Some(2) && twice.err.contains("lower_force_x"), "{}", twice.err);
+}
+
+#[test]
+fn a_field_of_a_run_is_written_on_the_voxels_of_an_image() {
+    let bench = Bench::new();
+    std::fs::write(bench.path("grips.toml"), GRIPS).unwrap();
+    let fields = "output.fields=[\"principal_strain\"]";
+    let done = bench.rsph(&["run", "grips.toml", "--set", fields, "--output", "results"]);
+    assert_eq!(done.code, Some(0), "{}", done.err);
+    // Voxels of 10 mm around the bar of 0.1 m.
+    let placement = Placement { axes: Mat3::identity() * 10.0, origin: Vec3::repeat(-5.0) };
+    let grid = ImageGrid { size: [12, 12, 12], placement, metres: 1e-3 };
+    let (name, meaning) = ("ct".to_owned(), Meaning::Scalar);
+    let empty = VoxelField { name, meaning, voxels: Vec::new(), values: Vec::new() };
+    nifti::write(&bench.path("ct.nii.gz"), &grid, &empty, 0.0).unwrap();
+    let image = |more: &[&str]| {
+        let all = [&["image", "results", "--like", "ct.nii.gz", "--output", "field.nii"], more].concat();
+        bench.rsph(&all)
+    };
+    let done = image(&["--field", "principal_strain.1", "--outside", "nan"]);
+    assert_eq!(done.code, Some(0), "{}", done.err);
+    assert!(done.out.contains("1000 voxels of the body at t = 1"), "{}", done.out);
+    let raw = std::fs::read(bench.path("field.nii")).unwrap();
+    let values: Vec<f32> = raw[352..].as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+    assert_eq!(values.iter().filter(|x| x.is_nan()).count(), 12 * 12 * 12 - 1000);
+    assert!(values.iter().filter(|x| !x.is_nan()).all(|e| (e - 0.01).abs() < 1e-6));
+    let refused = image(&["--field", "temperature"]);
+    assert!(refused.code == Some(2) && refused.err.contains("principal_strain"), "{}", refused.err);
+    let elsewhere = image(&["--scale", "1"]);
+    assert!(elsewhere.code == Some(2) && elsewhere.err.contains("ct.nii.gz"), "{}", elsewhere.err);
 }

@@ -6,7 +6,7 @@ use common::{Bench, scenario};
 use std::io::Read;
 use std::process::Stdio;
 
-const VERBS: &[&str] = &["run", "validate", "sample", "surface", "info", "schema", "new"];
+const VERBS: &[&str] = &["run", "validate", "sample", "surface", "image", "info", "schema", "new"];
 
 #[test]
 fn help_of_every_verb_teaches_with_examples() {

@@ -17,6 +17,7 @@ pub mod lattice;
 pub mod level_set;
 pub mod marching_cubes;
 pub mod material;
+pub mod measures;
 pub mod mesh;
 pub mod mls;
 pub mod moments;

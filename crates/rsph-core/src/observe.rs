@@ -1,5 +1,9 @@
 //! Probes: named readings at points, on surfaces and in regions, as weighted sums over particles.
 
+mod gauge;
+
+pub use gauge::TaggedGauge;
+
 use crate::boundary::surface_load::quadrature;
 use crate::boundary::tag::no_particle;
 use crate::error::InvalidInput;
@@ -142,7 +146,8 @@ impl TaggedProbe {
     /// Whether that is part of the state of every dynamics.
     pub fn reads_state(&self) -> bool {
         let field = self.field();
-        field.spec().evolution == Evolution::State && !matches!(field, Field::Strain | Field::Density)
+        let derived_of_some = matches!(field, Field::Strain | Field::Density | Field::Pressure);
+        field.spec().evolution == Evolution::State && !derived_of_some
     }
 
     /// The readings, one for each component; not a number when there is nothing to read.
@@ -159,7 +164,7 @@ impl TaggedProbe {
 
 /// Column headers: the probe's name, with `_x` etc. for a vector.
 fn names(probe: &Probe) -> Vec<String> {
-    let suffixes = Quantity::suffixes(probe.quantity.field.spec().components);
+    let suffixes = probe.quantity.field.spec().suffixes;
     if probe.quantity.component.is_some() || suffixes.is_empty() {
         return vec![probe.name.clone()];
     }

@@ -32,8 +32,36 @@ pub enum Field {
     /// Colour c: 1 inside a body that moves as told, 0 outside of it, Eqs. (8), (17); 1 in a fluid beside
     /// a solid, the characteristic function of Eq. (19).
     Colour,
-    /// Pressure p of a fluid that carries sound.
+    /// Pressure p of a fluid that carries sound, or -tr sigma / 3 of a solid.
     Pressure,
+    /// Deformation gradient F = dx/dX.
+    DeformationGradient,
+    /// Volume after and before, det F.
+    VolumeRatio,
+    /// Green's and Lagrange's strain E = (F^T F - 1)/2.
+    GreenLagrangeStrain,
+    /// Hencky's strain ln V.
+    HenckyStrain,
+    /// Principal stretches, eigenvalues of V.
+    PrincipalStretch,
+    /// Principal strains.
+    PrincipalStrain,
+    /// Direction of the largest principal strain.
+    PrincipalDirection1,
+    /// Direction of the middle principal strain.
+    PrincipalDirection2,
+    /// Direction of the smallest principal strain.
+    PrincipalDirection3,
+    /// Largest shear strain in any plane.
+    MaxShearStrain,
+    /// Principal stresses.
+    PrincipalStress,
+    /// Largest shear stress in any plane.
+    MaxShearStress,
+    /// First Piola-Kirchhoff stress P.
+    FirstPiolaStress,
+    /// Second Piola-Kirchhoff stress S.
+    SecondPiolaStress,
     /// Number of the material that holds the larger share of the particle's cell, in a body of several.
     Material,
 }
@@ -65,8 +93,10 @@ pub struct ColumnSpec {
     pub field: Field,
     /// Name in files and Python.
     pub name: &'static str,
-    /// 1 for a scalar, 3 for a vector, 6 for a symmetric tensor (XX YY ZZ XY YZ XZ).
+    /// 1 for a scalar, 3 for a vector or principal values, 6 for a symmetric tensor (XX YY ZZ XY YZ XZ), 9 for a matrix, row by row.
     pub components: usize,
+    /// What the components are called; nothing for a scalar.
+    pub suffixes: &'static [&'static str],
     /// State or derived.
     pub evolution: Evolution,
     /// Under which weight it is conserved.
@@ -89,8 +119,53 @@ pub const COLUMNS: &[ColumnSpec] = &[
     column(Field::VonMises, "von_mises", 1, Evolution::Derived, Extensive::ByVolume, "Pa"),
     column(Field::Colour, "colour", 1, Evolution::State, Extensive::ByVolume, "1"),
     column(Field::Pressure, "pressure", 1, Evolution::State, Extensive::ByVolume, "Pa"),
+    measure(Field::DeformationGradient, "deformation_gradient", &MATRIX, "1"),
+    measure(Field::VolumeRatio, "volume_ratio", &[], "1"),
+    measure(Field::GreenLagrangeStrain, "green_lagrange_strain", &TENSOR, "1"),
+    measure(Field::HenckyStrain, "hencky_strain", &TENSOR, "1"),
+    measure(Field::PrincipalStretch, "principal_stretch", &PRINCIPAL, "1"),
+    measure(Field::PrincipalStrain, "principal_strain", &PRINCIPAL, "1"),
+    measure(Field::PrincipalDirection1, "principal_direction_1", &VECTOR, "1"),
+    measure(Field::PrincipalDirection2, "principal_direction_2", &VECTOR, "1"),
+    measure(Field::PrincipalDirection3, "principal_direction_3", &VECTOR, "1"),
+    measure(Field::MaxShearStrain, "max_shear_strain", &[], "1"),
+    measure(Field::PrincipalStress, "principal_stress", &PRINCIPAL, "Pa"),
+    measure(Field::MaxShearStress, "max_shear_stress", &[], "Pa"),
+    measure(Field::FirstPiolaStress, "first_piola_stress", &MATRIX, "Pa"),
+    measure(Field::SecondPiolaStress, "second_piola_stress", &TENSOR, "Pa"),
     column(Field::Material, "material", 1, Evolution::Derived, Extensive::ByVolume, "1"),
 ];
+
+/// What components are called: of vectors, ...
+pub const VECTOR: [&str; 3] = ["x", "y", "z"];
+/// ... of symmetric tensors, ...
+pub const TENSOR: [&str; 6] = ["xx", "yy", "zz", "xy", "yz", "xz"];
+/// ... of matrices, ...
+pub const MATRIX: [&str; 9] = ["xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"];
+/// ... and principal values, the largest first.
+pub const PRINCIPAL: [&str; 3] = ["1", "2", "3"];
+
+/// What the components of a field with so many of them are called.
+pub const fn suffixes(components: usize) -> &'static [&'static str] {
+    match components {
+        3 => &VECTOR,
+        6 => &TENSOR,
+        9 => &MATRIX,
+        _ => &[],
+    }
+}
+
+/// A column that is computed where it is asked for.
+const fn measure(
+    field: Field,
+    name: &'static str,
+    suffixes: &'static [&'static str],
+    unit: &'static str,
+) -> ColumnSpec {
+    let components = if suffixes.is_empty() { 1 } else { suffixes.len() };
+    let (evolution, extensive) = (Evolution::Derived, Extensive::ByVolume);
+    ColumnSpec { field, name, components, suffixes, evolution, extensive, unit }
+}
 
 const fn column(
     field: Field,
@@ -100,7 +175,7 @@ const fn column(
     extensive: Extensive,
     unit: &'static str,
 ) -> ColumnSpec {
-    ColumnSpec { field, name, components, evolution, extensive, unit }
+    ColumnSpec { field, name, components, suffixes: suffixes(components), evolution, extensive, unit }
 }
 
 impl Field {

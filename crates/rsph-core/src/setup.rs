@@ -8,6 +8,7 @@ pub use interaction::{Interaction, InteractionSetting};
 pub use materials::{MaterialPart, ModulusField, Place, PointwiseModulus, Within};
 pub use mechanics::{Mechanics, Prescription, Remesh, RemeshTrigger, STRAIN, SolidSetup};
 
+use crate::particles::Field;
 use crate::region::Region;
 use crate::sample::Resolution;
 use crate::shape::Shape;
@@ -132,11 +133,26 @@ impl Fix {
     }
 }
 
+/// Under which name, and about which point, the force and the moment of a boundary are read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BoundaryName {
+    /// Readings are called `<text>_force_x`, `<text>_moment_x` and so on.
+    pub text: String,
+    /// The point (m) that the moment is about; `None`: the centre of what is held, which goes with the boundary.
+    pub moment_about: Option<Vec3>,
+}
+
+impl From<&str> for BoundaryName {
+    fn from(text: &str) -> Self {
+        Self { text: text.into(), moment_about: None }
+    }
+}
+
 /// A part of the body that is held or moved.
 #[derive(Clone, Debug)]
 pub struct Boundary {
-    /// Under which name the force that it carries is read, `<name>_force_x` and so on; `None`: it is not.
-    pub name: Option<String>,
+    /// How the force and the moment that it carries are read; `None`: they are not.
+    pub name: Option<BoundaryName>,
     /// Where. A half-space holds the face of the body on its plane; where it holds all components, or the normal one, a
     /// body that reaches beyond is cut there. A region that holds particles fixes them, any other one holds the part of the
     /// surface in it.
@@ -328,36 +344,22 @@ impl Default for Integration {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Quantity {
     /// Which column.
-    pub field: crate::particles::Field,
+    pub field: Field,
     /// Which component; `None`: all of them.
     pub component: Option<usize>,
 }
 
 impl Quantity {
-    /// Component suffixes of vectors.
-    pub const VECTOR: [&'static str; 3] = ["x", "y", "z"];
-    /// Component suffixes of symmetric tensors.
-    pub const TENSOR: [&'static str; 6] = ["xx", "yy", "zz", "xy", "yz", "xz"];
-
-    /// Suffixes of a field with that many components.
-    pub fn suffixes(components: usize) -> &'static [&'static str] {
-        match components {
-            3 => &Self::VECTOR,
-            6 => &Self::TENSOR,
-            _ => &[],
-        }
-    }
-
-    /// Parses `displacement`, `displacement.z`, `stress.xy`, `von_mises`.
+    /// Parses `displacement`, `displacement.z`, `stress.xy`, `principal_strain.1`, `von_mises`.
     pub fn parse(text: &str) -> Option<Self> {
         let (name, suffix) = match text.split_once('.') {
             Some((n, s)) => (n, Some(s)),
             None => (text, None),
         };
-        let field = crate::particles::Field::from_name(name)?;
+        let field = Field::from_name(name)?;
         let component = match suffix {
             None => None,
-            Some(s) => Some(Self::suffixes(field.spec().components).iter().position(|x| *x == s)?),
+            Some(s) => Some(field.spec().suffixes.iter().position(|x| *x == s)?),
         };
         Some(Self { field, component })
     }
@@ -373,6 +375,19 @@ pub struct Probe {
     pub quantity: Quantity,
     /// Where.
     pub region: Region,
+}
+
+/// A strain gauge: how far two points of the undeformed body are apart.
+///
+/// It reads `<name>_strain`, the change of their distance over the undeformed one, and `<name>_length` (m).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gauge {
+    /// What its readings are called by.
+    pub name: String,
+    /// One end (m).
+    pub from: Vec3,
+    /// The other end (m).
+    pub to: Vec3,
 }
 
 /// Everything a simulation is made from: what every kind of body has, and what only a body with the mechanics `M` has.
@@ -421,6 +436,10 @@ pub struct Setup<M = Mechanics> {
     pub allow_unstable: bool,
     /// What is recorded.
     pub probes: Vec<Probe>,
+    /// Strain gauges on a solid or in it.
+    pub gauges: Vec<Gauge>,
+    /// Fields that snapshots have beside those of every kind of body: [measures](crate::measures::MEASURES) of a solid.
+    pub fields: Vec<Field>,
 }
 
 impl<M> Setup<M> {
@@ -438,13 +457,15 @@ impl<M> Setup<M> {
             integration: Integration::default(),
             allow_unstable: false,
             probes: Vec::new(),
+            gauges: Vec::new(),
+            fields: Vec::new(),
         }
     }
 
     /// The same with other mechanics.
     pub fn with_mechanics<N>(self, mechanics: N) -> Setup<N> {
         let Self { units, shape, resolution, initial, remesh, solver, .. } = self;
-        let Self { time_step, integration, allow_unstable, probes, .. } = self;
+        let Self { time_step, integration, allow_unstable, probes, gauges, fields, .. } = self;
         Setup {
             units,
             shape,
@@ -457,6 +478,8 @@ impl<M> Setup<M> {
             integration,
             allow_unstable,
             probes,
+            gauges,
+            fields,
         }
     }
 }

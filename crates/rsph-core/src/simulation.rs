@@ -5,6 +5,7 @@ mod balance;
 mod checks;
 mod extremes;
 mod fsi_1d;
+mod holds;
 mod interactive;
 mod model;
 mod prescribed;
@@ -14,6 +15,7 @@ mod state;
 mod statics;
 mod time_step;
 
+pub use crate::boundary::reaction::Reaction;
 pub use crate::observe::Reading;
 pub use balance::Conservation;
 pub use extremes::{Extreme, Extremes};
@@ -28,9 +30,7 @@ use crate::integrate::implicit::{self, Implicit};
 use crate::integrate::{Integrator, RungeKutta4};
 use crate::particles::{Field, Particles};
 use crate::pool::awake;
-use crate::setup::{
-    Integration, Load, Mechanics, Quantity, RemeshTrigger, Scheme, Setup, SolidSetup, TimeStep,
-};
+use crate::setup::{Gauge, Integration, Load, Mechanics, RemeshTrigger, Scheme, Setup, SolidSetup, TimeStep};
 use crate::snapshot::Snapshot;
 use crate::stability::step_limit;
 use crate::surface::Surface;
@@ -44,25 +44,52 @@ use remeshing::Remeshing;
 use solid::SolidBody;
 use time_step::choose_pace;
 
-/// Names and SI units of the readings that a kind of body adds to those of its probes, in order.
-pub fn own_readings(mechanics: &Mechanics, trigger: RemeshTrigger) -> Vec<(String, &'static str)> {
-    let volume = (VOLUME_INSIDE.to_owned(), "m^3");
-    match mechanics {
-        Mechanics::Solid(solid) => {
-            let named = solid.boundaries.iter().filter_map(|boundary| boundary.name.as_deref());
-            let forces = named.flat_map(force_names).map(|name| (name, "N"));
-            forces.chain((trigger != RemeshTrigger::Never).then_some(volume)).collect()
-        }
-        Mechanics::Prescribed(_) => vec![volume],
-        Mechanics::Interaction(_) => {
-            fsi_1d::READINGS.iter().map(|(name, unit)| ((*name).to_owned(), *unit)).collect()
-        }
+/// A reading that a kind of body adds to those of its probes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OwnReading {
+    /// Its name.
+    pub name: String,
+    /// What it reads, with `.x` and so on for a component.
+    pub quantity: String,
+    /// SI unit.
+    pub unit: &'static str,
+}
+
+impl OwnReading {
+    /// A reading that says in its name what it is.
+    fn new(name: &str, unit: &'static str) -> Self {
+        Self { name: name.into(), quantity: name.into(), unit }
+    }
+
+    /// What a strain gauge reads.
+    fn of_gauge(gauge: &Gauge) -> [Self; 2] {
+        [("strain", "strain of gauges", "1"), ("length", "length of gauges", "m")].map(
+            |(what, quantity, unit)| Self {
+                name: format!("{}_{what}", gauge.name),
+                quantity: quantity.into(),
+                unit,
+            },
+        )
     }
 }
 
-/// Names of the components of the force that a boundary of that name carries.
-fn force_names(boundary: &str) -> [String; 3] {
-    Quantity::VECTOR.map(|component| format!("{boundary}_force_{component}"))
+/// The readings that gauges and a kind of body add to those of its probes, in order.
+pub fn own_readings(mechanics: &Mechanics, gauges: &[Gauge], trigger: RemeshTrigger) -> Vec<OwnReading> {
+    let volume = OwnReading::new(VOLUME_INSIDE, "m^3");
+    match mechanics {
+        Mechanics::Solid(solid) => {
+            let of_gauges = gauges.iter().flat_map(OwnReading::of_gauge);
+            let of_boundaries = solid.boundaries.iter().flat_map(holds::readings_of);
+            of_gauges
+                .chain(of_boundaries)
+                .chain((trigger != RemeshTrigger::Never).then_some(volume))
+                .collect()
+        }
+        Mechanics::Prescribed(_) => vec![volume],
+        Mechanics::Interaction(_) => {
+            fsi_1d::READINGS.iter().map(|(name, unit)| OwnReading::new(name, unit)).collect()
+        }
+    }
 }
 
 /// What is known of a simulation before its first step.
@@ -176,6 +203,7 @@ impl Simulation {
 
     fn of(setup: Setup) -> Result<Self, InvalidInput> {
         checks::check_solver(&setup.solver)?;
+        checks::check_fields(&setup)?;
         let parts = match &setup.mechanics {
             Mechanics::Solid(solid) => SolidBody::parts(&setup.clone().with_mechanics(solid.clone()))?,
             Mechanics::Prescribed(prescription) => PrescribedBody::parts(&setup, prescription)?,
@@ -532,7 +560,7 @@ impl Simulation {
 
     /// A picture of this moment.
     pub fn snapshot(&mut self) -> Snapshot {
-        let particles = self.model.derived(&self.particles, self.time);
+        let particles = self.model.derived(&self.particles, self.time, &self.setup.fields);
         Snapshot { time: self.time, step: self.steps, particles }
     }
 
@@ -555,33 +583,13 @@ impl Simulation {
     /// The probes' readings of this moment, in order, and then those of [`own_readings`].
     pub fn readings(&mut self) -> Vec<Reading> {
         let mut readings = self.model.readings(&self.particles, self.time);
-        self.read_named_forces(&mut readings);
+        self.read_holds(&mut readings);
         if self.setup.solid().is_some() && self.remesh_log().is_some() {
             let now = Snapshot { time: self.time, step: self.steps, particles: self.particles.clone() };
             let value = self.model.surface(&now).mesh.volume();
             readings.push(Reading { name: VOLUME_INSIDE.into(), value });
         }
         readings
-    }
-
-    fn read_named_forces(&mut self, readings: &mut Vec<Reading>) {
-        let boundaries = self.setup.solid().map_or(&[][..], |solid| &solid.boundaries);
-        let names: Vec<Option<String>> = boundaries.iter().map(|b| b.name.clone()).collect();
-        if names.iter().all(Option::is_none) {
-            return;
-        }
-        for (name, force) in names.iter().zip(self.reactions()) {
-            let Some(name) = name else { continue };
-            let components = force_names(name).into_iter().zip(force.iter());
-            readings.extend(components.map(|(name, value)| Reading { name, value: *value }));
-        }
-    }
-
-    /// Force (N) of every boundary on the body at this moment, in the order of the set-up; nothing for a body without a stiffness.
-    pub fn reactions(&mut self) -> Vec<Vec3> {
-        let Some(solid) = self.model.dynamics_mut().solid() else { return Vec::new() };
-        let [u, v] = [Field::Displacement, Field::Velocity].map(|f| self.particles.column(f).values());
-        solid.reactions(self.time, u, v)
     }
 
     /// The conserved sums of this moment.

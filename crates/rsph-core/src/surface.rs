@@ -1,5 +1,6 @@
 //! The body's surface: the zero level set as triangles, with the fields sampled on it.
 
+use crate::measures::{LocalState, is_measure};
 use crate::mesh::TriangleMesh;
 use crate::mls::PointWeights;
 use crate::particles::Field;
@@ -61,17 +62,25 @@ impl Surface {
     /// Replaces the strain and the stress of every vertex, and what follows from them, by these.
     pub fn set_strain_and_stress(&mut self, read: &[VertexStrain]) {
         let (normal, shear): (Vec<f64>, Vec<f64>) =
-            read.iter().map(|v| normal_and_shear(v.strain, &v.normal)).unzip();
+            read.iter().map(|v| normal_and_shear(v.local.strain, &v.normal)).unzip();
         let new = [
-            ("strain", read.iter().flat_map(|v| v.strain.0).collect()),
-            ("stress", read.iter().flat_map(|v| v.stress.0).collect()),
-            ("von_mises", read.iter().map(|v| v.stress.von_mises()).collect()),
+            ("strain", read.iter().flat_map(|v| v.local.strain.0).collect()),
+            ("stress", read.iter().flat_map(|v| v.local.stress.0).collect()),
+            ("von_mises", read.iter().map(|v| v.local.stress.von_mises()).collect()),
             ("normal_strain", normal),
             ("shear_strain", shear),
         ];
         for (name, values) in new {
             if let Some(field) = self.fields.iter_mut().find(|f| f.name == name) {
                 field.values = values;
+            }
+        }
+        for field in &mut self.fields {
+            if let Some(measure) = Field::from_name(field.name).filter(|f| is_measure(*f)) {
+                field.values.clear();
+                for v in read {
+                    v.local.put(measure, &mut field.values);
+                }
             }
         }
     }
@@ -87,10 +96,8 @@ impl Surface {
 pub struct VertexStrain {
     /// Outward normal that normal and shear strain belong to: of the undeformed surface, of the deformed one where strain is ln V.
     pub normal: Vec3,
-    /// Strain.
-    pub strain: SymTensor,
-    /// Stress (Pa).
-    pub stress: SymTensor,
+    /// Deformation, strain and stress.
+    pub local: LocalState,
 }
 
 /// Normal strain n.e.n and shear strain |e n - (n.e.n) n| on a surface with unit normal n, Fig. 7.

@@ -11,7 +11,7 @@ const LAYERS: &[&[&str]] = &[
     &["tensor", "kernel", "tiles", "pool"],
     &["error", "grid", "particles", "region", "neighbors"],
     &["mesh", "material", "snapshot", "level_set", "vector_field", "fluid", "state"],
-    &["marching_cubes", "remesh", "reconstruct", "flow", "winding"],
+    &["marching_cubes", "remesh", "reconstruct", "flow", "winding", "measures"],
     &["shape"],
     &["sample"],
     &["setup", "lattice"],

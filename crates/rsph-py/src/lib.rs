@@ -11,6 +11,7 @@ mod errors;
 mod field;
 mod force;
 mod history;
+mod image;
 mod interrupt;
 mod results;
 mod run;
@@ -25,6 +26,8 @@ use pyo3::prelude::*;
 /// The compiled module `rsph._rsph`.
 #[pymodule]
 mod _rsph {
+    #[pymodule_export]
+    use crate::image::frame_to_nifti;
     #[pymodule_export]
     use crate::results::{describe_results, read_field, read_frame};
     #[pymodule_export]

@@ -1,9 +1,12 @@
 //! One moment of a simulation.
 
-use crate::arrays;
+use crate::{arrays, image};
 use pyo3::prelude::*;
 use rsph_core::particles::Field;
 use rsph_core::snapshot::Snapshot as CoreSnapshot;
+use rsph_scenario::output::polydata::PolyData;
+use rsph_scenario::output::voxels::Registration;
+use std::path::PathBuf;
 
 /// One moment of a simulation; columns are shared with it, not copied.
 #[pyclass(frozen, module = "rsph._rsph")]
@@ -47,6 +50,25 @@ impl Snapshot {
     /// Current positions (N, 3), a new array.
     fn positions<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
         arrays::positions(py, self.snapshot.positions().into_iter())
+    }
+
+    /// Writes a field on the voxels of the image `like`.
+    #[pyo3(signature = (path, field, like, scale, axes, outside))]
+    fn to_nifti(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        field: String,
+        like: PathBuf,
+        scale: Option<f64>,
+        axes: &str,
+        outside: f32,
+    ) -> PyResult<()> {
+        let registration = Registration { scale, axes: image::axes(axes)? };
+        py.detach(|| {
+            let particles = PolyData::from_snapshot(&self.snapshot);
+            image::write(&path, &particles, &field, &like, registration, outside)
+        })
     }
 
     fn __len__(&self) -> usize {

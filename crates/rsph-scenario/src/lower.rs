@@ -113,7 +113,9 @@ impl LoadedScenario {
             velocity: initial("velocity", &tables.initial.velocity)?,
         };
         let mode = mode(doc, tables)?;
-        let probes = probes::probes(doc, &tables.probe, &mechanics, remesh.trigger)?;
+        let gauges = probes::gauges(doc, &tables.gauge)?;
+        let probes = probes::probes(doc, &tables.probe, (&mechanics, &gauges), remesh.trigger)?;
+        let fields = probes::measures(doc, &tables.output.fields)?;
         // Last, as reading a mesh takes longest.
         let (shape, notes) = shape()?;
         let setup = Setup {
@@ -131,6 +133,8 @@ impl LoadedScenario {
             integration: integration(doc, &tables.time)?,
             allow_unstable: tables.time.allow_unstable,
             probes,
+            gauges,
+            fields,
         };
         Ok(Job { setup, mode, until, frame_interval, checkpoint, notes })
     }

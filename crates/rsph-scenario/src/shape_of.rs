@@ -1,9 +1,9 @@
 //! The body's shape from its table: the one place that knows how shapes are built.
 
-use crate::label_map::{Axes, read_label};
+use crate::label_map::read_label;
 use crate::mesh_io::read_mesh;
 use crate::scenario::{
-    AxesName, BodyTable, Document, KeyPath, LabelMapTable, LabelMapValue, ScenarioError, ShapeTable,
+    BodyTable, Document, KeyPath, LabelMapTable, LabelMapValue, ScenarioError, ShapeTable,
 };
 use rsph_core::shape::{
     BoxShape, CylinderShape, DiscShape, MeshShape, PolygonShape, RectangleShape, Shape, SphereShape, organ,
@@ -76,7 +76,7 @@ fn of_image(doc: &Document, image: &LabelMapTable, base_dir: &Path) -> Result<Fo
     let word = if numbers.len() > 1 { "labels" } else { "label" };
     let name = format!("{word} {} of {name}", numbers.join(", "));
     let (shape, notes) =
-        voxel_shape(&runs, read.size, &read.placement(image.scale, axes_of(image.axes)), &name)
+        voxel_shape(&runs, read.size, &read.placement(image.scale, image.axes.axes()), &name)
             .map_err(|e| doc.invalid_input(&e))?;
     Ok((Arc::new(shape), notes))
 }
@@ -104,14 +104,6 @@ pub fn labels(doc: &Document, image: &LabelMapTable) -> Result<Vec<(u32, Option<
         )),
     };
     labels.iter().map(number).collect()
-}
-
-/// Axes of an image's body.
-pub fn axes_of(axes: AxesName) -> Axes {
-    match axes {
-        AxesName::Image => Axes::Image,
-        AxesName::Organ => Axes::Organ,
-    }
 }
 
 /// The shape that has words in a scenario.

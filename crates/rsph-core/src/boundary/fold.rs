@@ -4,6 +4,10 @@
 //! see images as they see particles, so that they have a full neighbourhood. Images are linear in the field, and the force
 //! on an image goes to its particle by S and to the face by 1 - S: it stays the derivative of the energy.
 
+mod reaction;
+
+pub use reaction::ImageSums;
+
 use super::constraints::{Constraints, HeldPlane, projectors};
 use crate::lattice::{Lattice, MIRROR_SETS, Mirror, has_mirror, reflection};
 use crate::mesh::TriangleMesh;
@@ -103,6 +107,8 @@ pub struct Folds {
     springs: Pull,
     /// On the body, of each fold.
     force: [Vec3; MAX_FOLDS],
+    /// (1 - S) z_D of the displacement at the last remesh, by sets of mirrors.
+    at_remesh: [Vec3; MIRROR_SETS],
 }
 
 /// Sums over links: a vector for each fold, and an energy.
@@ -122,6 +128,7 @@ impl Default for Folds {
             partial: Vec::new(),
             springs: Pull::default(),
             force: [Vec3::zeros(); MAX_FOLDS],
+            at_remesh: [Vec3::zeros(); MIRROR_SETS],
         }
     }
 }
@@ -388,17 +395,6 @@ impl Folds {
             let work = |k: usize| fold.owners[k].map_or(0.0, |i| force[k] * rate[i][k]);
             (sum + force, power + (0..3).map(work).sum::<f64>())
         })
-    }
-
-    /// Adds the force of every face on the body, after [`Folds::react`], to that of the boundaries that hold it.
-    pub fn add_reactions(&self, reactions: &mut [Vec3]) {
-        for (fold, force) in self.faces.iter().zip(&self.force) {
-            for k in 0..3 {
-                if let Some(i) = fold.owners[k] {
-                    reactions[i][k] += force[k];
-                }
-            }
-        }
     }
 
     /// Forces on images that go to the particles in `range`, from the sums of the second sweep, as (particle, force).

@@ -10,6 +10,8 @@
 //! linear fields stay exact, and the force is the derivative of the energy. r is linear on each cluster of the
 //! surface: its coefficients are all that particles and clusters hand to each other.
 
+mod reaction;
+
 use super::constraints::Hold;
 use super::fold::Folds;
 use super::surface_quadrature::{Cluster, SurfaceQuadrature};
@@ -35,6 +37,8 @@ struct HeldCluster {
     /// Projector on all that is held.
     projector: Mat3,
     centre: Vec3,
+    /// Length h of its monomials.
+    h: f64,
     area: f64,
     normal: Vec3,
     /// sum_q w_q p p^T.
@@ -287,19 +291,6 @@ impl Lift {
         })
     }
 
-    /// Force of every boundary on the body by the surface that it holds, after [`Lift::react`].
-    pub fn reactions(&self) -> Vec<Vec3> {
-        let mut reactions = vec![Vec3::zeros(); self.holds.len()];
-        self.folds.add_reactions(&mut reactions);
-        for (cluster, force) in self.clusters.iter().zip(&self.residual) {
-            let force: Vec3 = force.row(0).transpose();
-            for (i, projector) in &cluster.holds {
-                reactions[*i] += projector * force;
-            }
-        }
-        reactions
-    }
-
     /// Energy of the penalty, after [`Lift::lift`].
     pub fn energy(&self) -> f64 {
         let of_cluster = |(cluster, r): (&HeldCluster, &Matrix4x3<f64>)| {
@@ -372,6 +363,7 @@ fn held_cluster(surface: &SurfaceQuadrature, cluster: &Cluster, pairs: Range<usi
         projector: cluster.projector(),
         holds: cluster.held.clone(),
         centre: cluster.centre,
+        h: cluster.h,
         area,
         normal: cluster.normal,
         mass,

@@ -10,6 +10,7 @@ pub mod lift;
 pub mod load;
 pub mod nodal_load;
 pub mod patch;
+pub mod reaction;
 pub mod surface_load;
 pub mod surface_quadrature;
 pub mod tag;

@@ -9,6 +9,9 @@ pub use crate::boundary::force_sums::{ForceSums, Imposed};
 use crate::boundary::nodal_load::NodalLoad;
 use crate::particles::{Column, Field, Particles};
 
+/// Columns of every frame of a solid that are derived from its state.
+pub const DERIVED: [Field; 4] = [Field::Density, Field::Strain, Field::Stress, Field::VonMises];
+
 /// Energies at one moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energy {
@@ -79,10 +82,10 @@ pub trait Dynamics: std::fmt::Debug + Send + Sync {
     /// Sets what is prescribed at time `t`; returns what this added to the body.
     fn impose(&self, t: f64, particles: &mut Particles) -> Imposed;
 
-    /// Adds the derived columns (strain, stress, density, ...) to a copy of the state.
+    /// Adds the derived columns of every frame (strain, stress, density, ...) to a copy of the state.
     fn derive(&mut self, t: f64, particles: &mut Particles);
 
-    /// Adds at least those of the derived columns.
+    /// Adds at least those of the derived columns, [measures](crate::measures::MEASURES) of a solid among them.
     fn derive_some(&mut self, t: f64, wanted: &[Field], particles: &mut Particles) {
         let _ = wanted;
         self.derive(t, particles);

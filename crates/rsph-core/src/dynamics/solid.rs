@@ -8,10 +8,12 @@ mod correction;
 mod hourglass;
 mod law;
 mod materials;
+mod measured;
+mod reactions;
 mod stress;
 mod sweeps;
 
-use super::{Dynamics, Energy, ForceSums, Imposed, Scales};
+use super::{DERIVED, Dynamics, Energy, ForceSums, Imposed, Scales};
 use crate::boundary::constraints::Hold;
 use crate::boundary::fixed::Fixed;
 use crate::boundary::fold::Folds;
@@ -20,6 +22,7 @@ use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::surface_quadrature::SurfaceQuadrature;
 use crate::lattice::{Lattice, reflection};
 use crate::material::{Composition, Material};
+use crate::measures::{is_measure, rests_on_stress};
 use crate::moments::Moments;
 use crate::ops::PAIR_COMPONENTS;
 use crate::particles::{Column, Field, Particles};
@@ -224,6 +227,7 @@ impl Solid {
             lifted: self.lift.particles(),
         });
         if !remesh_gradients.is_empty() {
+            self.lift.folds.remember_remesh();
             let gradients = self.straightened(&remesh_gradients, positions);
             self = self.remeshed(&gradients);
         }
@@ -436,9 +440,7 @@ impl Dynamics for Solid {
     }
 
     fn derive(&mut self, t: f64, particles: &mut Particles) {
-        let wanted = [Field::Density, Field::Strain, Field::Stress, Field::VonMises, Field::Material];
-        let several = self.materials.is_several();
-        self.derive_some(t, &wanted[..if several { 5 } else { 4 }], particles);
+        self.derive_some(t, &DERIVED, particles);
     }
 
     fn derive_some(&mut self, t: f64, wanted: &[Field], particles: &mut Particles) {
@@ -446,12 +448,17 @@ impl Dynamics for Solid {
         let wants = |field| wanted.contains(&field);
         let u = particles.column(Field::Displacement).clone();
         let v = particles.column(Field::Velocity).clone();
-        if wants(Field::Material) {
+        if self.materials.is_several() {
             let numbers = (0..n).map(|a| self.material_of(a) as f64).collect();
             particles.set(Field::Material, Column::from_vec(numbers, n));
         }
-        let wants_stress = wants(Field::Stress) || wants(Field::VonMises);
+        let chosen: Vec<Field> = wanted.iter().copied().filter(|f| is_measure(*f)).collect();
+        let wants_stress =
+            wants(Field::Stress) || wants(Field::VonMises) || chosen.iter().any(|f| rests_on_stress(*f));
         let [strain, stress] = self.strain_and_stress(t, u.values(), wants_stress.then(|| v.values()));
+        if !chosen.is_empty() {
+            self.set_measures(t, &chosen, [&strain, &stress], particles);
+        }
         if wants(Field::Strain) || wants(Field::Density) {
             // Eq. (1), integrated: d(ln rho)/dt = -tr(de/dt), and the trace of Hencky's strain is ln det F.
             let volume = particles.column(Field::Volume).values();
@@ -461,7 +468,7 @@ impl Dynamics for Solid {
             particles.set(Field::Density, Column::from_vec(density, n));
             particles.set(Field::Strain, Column::from_vec(strain, n));
         }
-        if wants_stress {
+        if wants(Field::Stress) || wants(Field::VonMises) {
             let von_mises = |a: usize| SymTensor(std::array::from_fn(|c| stress[c * n + a])).von_mises();
             particles.set(Field::VonMises, Column::from_vec((0..n).map(von_mises).collect(), n));
             if wants(Field::Stress) {

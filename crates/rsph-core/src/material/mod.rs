@@ -157,8 +157,8 @@ impl<'a> Law<'a> {
     }
 }
 
-/// ln V = 1/2 ln(F F^T).
-fn logarithmic_strain(f: &Mat3) -> SymTensor {
+/// Hencky's strain ln V = 1/2 ln(F F^T).
+pub(crate) fn logarithmic_strain(f: &Mat3) -> SymTensor {
     let eigen = (f * f.transpose()).symmetric_eigen();
     let logarithms = eigen.eigenvalues.map(|s| 0.5 * s.max(f64::MIN_POSITIVE).ln());
     let strain = eigen.eigenvectors * Mat3::from_diagonal(&logarithms) * eigen.eigenvectors.transpose();

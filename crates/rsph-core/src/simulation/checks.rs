@@ -4,7 +4,8 @@ use super::Description;
 use super::model::Moment;
 use crate::error::{Failure, FailureKind, InvalidInput};
 use crate::material::Material;
-use crate::setup::{Scheme, Setup, SolidSetup, Solver};
+use crate::measures::{MEASURES, is_measure};
+use crate::setup::{Formulation, Probe, Scheme, Setup, SolidSetup, Solver};
 use crate::tensor::Vec3;
 use std::sync::Arc;
 
@@ -36,6 +37,55 @@ pub(super) fn check_solver(solver: &Solver) -> Result<(), InvalidInput> {
             solver.hourglass,
             "must lie between 0 (off) and 10",
             "1 is the default",
+        ));
+    }
+    Ok(())
+}
+
+/// Measures of deformation and stress of a body that has none, fields that are none, and gauges on what is no solid.
+///
+/// # Errors
+/// `output.fields`, `gauge` or `probe[i].quantity`.
+pub(super) fn check_fields(setup: &Setup) -> Result<(), InvalidInput> {
+    let has_measures = setup.solid().is_some() && setup.solver.formulation == Formulation::Adjoint;
+    for field in &setup.fields {
+        let name = field.spec().name;
+        if !is_measure(*field) {
+            let names: Vec<&str> = MEASURES.iter().map(|f| f.spec().name).collect();
+            return Err(InvalidInput::new(
+                "output.fields",
+                name,
+                "is in every frame of a body that has it",
+                format!("remove it; what can be asked for: {}", names.join(", ")),
+            ));
+        }
+        if !has_measures {
+            return Err(InvalidInput::new(
+                "output.fields",
+                name,
+                "is a field of a solid in the formulation \"adjoint\" only",
+                "remove it",
+            ));
+        }
+    }
+    if setup.solid().is_none() && !setup.gauges.is_empty() {
+        return Err(InvalidInput::new("gauge", "", "is for a solid only", "remove it, or read a probe"));
+    }
+    setup.probes.iter().enumerate().try_for_each(|(i, probe)| check_quantity(setup, i, probe))
+}
+
+/// A probe, number `i`, of a measure that the scheme of the paper does not have.
+///
+/// # Errors
+/// `probe[i].quantity`.
+pub(super) fn check_quantity<M>(setup: &Setup<M>, i: usize, probe: &Probe) -> Result<(), InvalidInput> {
+    let field = probe.quantity.field;
+    if setup.solver.formulation == Formulation::Paper && is_measure(field) {
+        return Err(InvalidInput::new(
+            format!("probe[{i}].quantity"),
+            field.spec().name,
+            "is a field of the formulation \"adjoint\" only",
+            "read the strain or the stress, or take `formulation = \"adjoint\"`",
         ));
     }
     Ok(())

@@ -118,7 +118,7 @@ impl Model for FluidBesideSolid {
         let mut readings = Vec::new();
         if !self.probes.is_empty() {
             // The fluid's particles change places: what is in a region now.
-            let derived = self.derived(particles, time);
+            let derived = self.derived(particles, time, &[]);
             let snapshot = Snapshot { time, step: 0, particles: derived };
             let x: Vec<Vec3> = snapshot.positions().into_iter().map(Vec3::from).collect();
             let volume = particles.column(Field::Volume).values();

@@ -2,12 +2,13 @@
 
 use super::Description;
 use super::remeshing::RemeshOutcome;
+use crate::boundary::reaction::Reaction;
 use crate::boundary::surface_quadrature::SurfaceQuadrature;
-use crate::dynamics::Dynamics;
+use crate::dynamics::{DERIVED, Dynamics};
 use crate::error::{Failure, InvalidInput};
 use crate::material::Material;
 use crate::observe::Reading;
-use crate::particles::Particles;
+use crate::particles::{Field, Particles};
 use crate::setup::{Load, Probe};
 use crate::snapshot::Snapshot;
 use crate::state::State;
@@ -108,10 +109,16 @@ pub(super) trait Model: DynClone + std::fmt::Debug + Send + Sync {
     /// The readings of this moment, in the order of the probes; readings of its own follow.
     fn readings(&mut self, particles: &Particles, time: f64) -> Vec<Reading>;
 
-    /// The state with the derived columns.
-    fn derived(&mut self, particles: &Particles, time: f64) -> Particles {
+    /// What every boundary carries, in the order of the set-up; nothing for a body without a stiffness.
+    fn reactions(&mut self, particles: &Particles, time: f64) -> Vec<Reaction> {
+        let _ = (particles, time);
+        Vec::new()
+    }
+
+    /// The state with the derived columns of every frame and, of a solid, those `further` ones.
+    fn derived(&mut self, particles: &Particles, time: f64, further: &[Field]) -> Particles {
         let mut particles = particles.clone();
-        self.dynamics_mut().derive(time, &mut particles);
+        self.dynamics_mut().derive_some(time, &[&DERIVED, further].concat(), &mut particles);
         particles
     }
 }

@@ -179,7 +179,7 @@ impl Model for PrescribedBody {
         let mut readings = Vec::new();
         if !self.probes.is_empty() {
             // Particles come and go: what is in a region now.
-            let derived = self.derived(particles, time);
+            let derived = self.derived(particles, time, &[]);
             let (x, volume) = (positions(particles), particles.column(Field::Volume).values());
             for probe in &self.probes {
                 TaggedProbe::of_particles(probe, &x, volume).read(&derived, &mut readings);

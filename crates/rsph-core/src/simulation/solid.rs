@@ -18,6 +18,7 @@ use super::time_step::{Pace, choose_pace};
 use crate::boundary::constraints::Constraints;
 use crate::boundary::fold::Folds;
 use crate::boundary::nodal_load::NodalLoad;
+use crate::boundary::reaction::Reaction;
 use crate::boundary::surface_quadrature::{SurfaceQuadrature, rim};
 use crate::boundary::tag;
 use crate::dynamics::Dynamics;
@@ -27,10 +28,12 @@ use crate::error::{Failure, InvalidInput};
 use crate::material::Material;
 use crate::mesh::TriangleMesh;
 use crate::mls::{Cloud, GradientFit, PointWeights};
-use crate::observe::{Reading, TaggedProbe};
+use crate::observe::{Reading, TaggedGauge, TaggedProbe};
 use crate::particles::{Column, Field, Particles};
 use crate::sample::{Body, sample};
-use crate::setup::{Formulation, Load, Probe, RemeshTrigger, Setup, SolidSetup, Units, VectorField};
+use crate::setup::{
+    Boundary, Formulation, Load, Probe, RemeshTrigger, Setup, SolidSetup, Units, VectorField,
+};
 use crate::shape::Shape;
 use crate::snapshot::Snapshot;
 use crate::stability::{StepLimit, step_limit};
@@ -54,6 +57,8 @@ pub(super) struct SolidBody {
     /// Its surface as the zero of its level set, undeformed.
     zero_surface: TriangleMesh,
     held: Held,
+    /// The centre of what each boundary holds, undeformed.
+    held_centres: Vec<Vec3>,
     /// The surface that is loaded and held where it is not that of the shape: without pieces that hold no particle, or the rim
     /// of a body in the plane.
     kept_surface: Option<Arc<TriangleMesh>>,
@@ -67,6 +72,7 @@ pub(super) struct SolidBody {
     /// Where loads act, once they have been replaced.
     quadrature: Option<SurfaceQuadrature>,
     probes: Vec<TaggedProbe>,
+    gauges: Vec<TaggedGauge>,
     /// The reference positions that the probes' particles were found for.
     probed: Arc<Vec<f64>>,
     fits: SurfaceFits,
@@ -190,6 +196,11 @@ impl SolidBody {
             Ok(if is_remeshed { probe } else { probe.settled() })
         };
         let probes = setup.probes.iter().enumerate().map(probe).collect::<Result<Vec<_>, _>>()?;
+        let gauge = |(i, g)| {
+            let body = (shape, surface);
+            TaggedGauge::new(i, g, body, &positions, &lattice_particles.volume, dx, weights)
+        };
+        let gauges = setup.gauges.iter().enumerate().map(gauge).collect::<Result<Vec<_>, _>>()?;
         let fits = SurfaceFits::new(&cloud, &zero_surface.vertices, reading.as_ref(), Arc::default());
         if let (Some(reading), false) = (&mut reading, setup.initial.displacement.is_zero())
             && solid.relaxation_time() > 0.0
@@ -212,6 +223,7 @@ impl SolidBody {
         let limit = step_limit(&mut solid);
         let pace = choose_pace(setup, &setup.mechanics, &limit, !is_paper)?;
         let description = described(setup, (&solid, &lattice_particles.volume), &limit, pace, notes);
+        let held_centres = solid.held_centres(&positions, setup.mechanics.boundaries.len());
         let particles = starting_particles(setup, &lattice_particles, &mut solid, level_set);
         let mut matter = Matter::new(setup, solid);
         let reference = particles.column(Field::Reference).share();
@@ -220,6 +232,7 @@ impl SolidBody {
             spacing: dx,
             zero_surface,
             held,
+            held_centres,
             kept_surface,
             undeformed,
             gradient_at_remesh: matter.gradient_for(setup, &particles, 0.0),
@@ -228,6 +241,7 @@ impl SolidBody {
             matter,
             quadrature: None,
             probes,
+            gauges,
             probed: Arc::clone(&reference),
             fits: SurfaceFits { reference, ..fits },
             reading,
@@ -440,8 +454,22 @@ impl Model for SolidBody {
         ))
     }
 
+    fn reactions(&mut self, particles: &Particles, time: f64) -> Vec<Reaction> {
+        let Matter::Adjoint(solid) = &mut self.matter else { return Vec::new() };
+        let goes_along = !solid.is_linear();
+        let about = |(boundary, centre): (&Boundary, &Vec3)| {
+            let given = boundary.name.as_ref().and_then(|name| name.moment_about);
+            let moved = boundary.motion.filter(|_| goes_along).map(|motion| motion.displacement(time));
+            given.unwrap_or_else(|| centre + moved.unwrap_or_default())
+        };
+        let about: Vec<Vec3> =
+            self.setup.mechanics.boundaries.iter().zip(&self.held_centres).map(about).collect();
+        solid.reactions(time, particles, &about)
+    }
+
     fn add_probe(&mut self, probe: &Probe) -> Result<(), InvalidInput> {
         let (index, dx) = (self.setup.probes.len(), self.spacing);
+        checks::check_quantity(&self.setup, index, probe)?;
         let (positions, volume) = (self.lattice_particles.positions(), &self.lattice_particles.volume);
         let cloud = self.cloud(&positions);
         let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
@@ -499,6 +527,9 @@ impl Model for SolidBody {
             for probe in &mut self.probes {
                 probe.find(particles.len(), |points| PointWeights::new(&cloud, points));
             }
+            for gauge in &mut self.gauges {
+                gauge.find(particles.len(), |points| PointWeights::new(&cloud, points));
+            }
             let fits = SurfaceFits::new(
                 &self.cloud(&positions),
                 &self.zero_surface.vertices,
@@ -519,6 +550,7 @@ impl Model for SolidBody {
         for probe in &self.probes {
             probe.read(derived.as_ref().unwrap_or(particles), &mut readings);
         }
+        self.gauges.iter().for_each(|gauge| gauge.read(particles, &mut readings));
         readings
     }
 }

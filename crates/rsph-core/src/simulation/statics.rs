@@ -12,6 +12,8 @@ use crate::tensor::Vec3;
 
 /// Residual at which a body counts as at rest, as a share of the load.
 const TOLERANCE: f64 = 1e-6;
+/// The same where forces of boundaries are read, which are in error by as much.
+const TOLERANCE_OF_REACTIONS: f64 = 1e-10;
 
 /// How an equilibrium was found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -45,12 +47,16 @@ impl Simulation {
         watch: &mut dyn FnMut(usize, f64) -> bool,
     ) -> Result<Equilibrium, Failure> {
         let moment = Moment { time: self.time, step: self.steps };
+        let reads_reactions = self.reads_reactions();
         let solid = held_solid(self.model.dynamics_mut(), moment)?;
         let n = self.particles.len();
         let start = [Field::Displacement, Field::Velocity].map(|f| self.particles.column(f).clone());
         let mut u = start[0].values().to_vec();
         let mut newton = Newton::new(solid, t);
         let ended = newton.solve(TOLERANCE, &mut u, watch);
+        if ended.is_ok() && reads_reactions {
+            newton.refine(TOLERANCE_OF_REACTIONS, &mut u, watch);
+        }
         let (found, sums) = reached(&mut newton, &u);
         let mut trouble = ended.err().map(|_| {
             let place = newton.moves_most().map(|a| self.particles.column(Field::Reference).vector(a));

@@ -177,6 +177,17 @@ impl<'a> Newton<'a> {
         Ok(())
     }
 
+    /// From an equilibrium `u` to a closer one, if rounding lets it be found; else u stays.
+    pub fn refine(&mut self, tolerance: f64, u: &mut [f64], watch: &mut dyn FnMut(usize, f64) -> bool) {
+        let start = u.to_vec();
+        let before = self.residual_at(1.0, u);
+        let ended = self.iterate(1.0, tolerance, u, false, watch);
+        let after = self.residual_at(1.0, u);
+        if ended.is_err() && (after >= before || after.is_nan() || self.solid.inverted().is_some()) {
+            u.copy_from_slice(&start);
+        }
+    }
+
     /// From `u` to equilibrium under that share of loads and motions: by steps along which the potential falls, and if these do not get
     /// there by whole steps.
     fn load_step(

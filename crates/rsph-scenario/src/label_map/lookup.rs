@@ -65,13 +65,14 @@ fn corners(at: &Vec3) -> impl Iterator<Item = ([i64; 3], f64)> {
 /// The positive values of an image, times `factor`, as a field: interpolated between the centres of voxels, and within three voxels of
 /// them that of the nearest; else not a number. Coordinates are in the units of which `scale` make one of the file's, or metres.
 pub fn volume_field(volume: Volume, axes: Axes, scale: Option<f64>, factor: f64) -> Option<ModulusField> {
-    let Placement { axes, origin } = axes.placed(&volume.placement, scale.unwrap_or(volume.metres));
+    let Volume { values, grid } = volume;
+    let Placement { axes, origin } = grid.placement(scale, axes);
     let inverse = axes.try_inverse()?;
     let value = move |voxel: [i64; 3]| {
-        let inside = (0..3).all(|i| voxel[i] >= 0 && voxel[i] < volume.size[i] as i64);
+        let inside = (0..3).all(|i| voxel[i] >= 0 && voxel[i] < grid.size[i] as i64);
         let [i, j, k] = voxel.map(|i| i as usize);
-        let at = inside.then(|| (k * volume.size[1] + j) * volume.size[0] + i)?;
-        volume.values.get(at).map(|v| f64::from(*v)).filter(|v| v.is_finite() && *v > 0.0)
+        let at = inside.then(|| (k * grid.size[1] + j) * grid.size[0] + i)?;
+        values.get(at).map(|v| f64::from(*v)).filter(|v| v.is_finite() && *v > 0.0)
     };
     let nearest = move |at: &Vec3, value: &dyn Fn([i64; 3]) -> Option<f64>| {
         let middle = at.map(f64::round);
@@ -100,6 +101,7 @@ pub fn volume_field(volume: Volume, axes: Axes, scale: Option<f64>, factor: f64)
 
 #[cfg(test)]
 mod tests {
+    use super::super::ImageGrid;
     use super::*;
 
     #[test]
@@ -117,7 +119,10 @@ mod tests {
     #[test]
     fn values_are_interpolated_and_gaps_filled_from_beside() {
         let placement = Placement { axes: Mat3::identity(), origin: Vec3::zeros() };
-        let volume = Volume { values: vec![0.0, 2.0, 4.0], size: [3, 1, 1], placement, metres: 1.0 };
+        let volume = Volume {
+            values: vec![0.0, 2.0, 4.0],
+            grid: ImageGrid { size: [3, 1, 1], placement, metres: 1.0 },
+        };
         let field = volume_field(volume, Axes::Image, None, 10.0).unwrap();
         let found = (field.0)(&[0.0, 0.5, 1.5, 1.75, 4.0, 9.0].map(|x| Vec3::new(x, 0.0, 0.0)));
         assert_eq!(found[..5], [20.0, 20.0, 30.0, 35.0, 40.0]);

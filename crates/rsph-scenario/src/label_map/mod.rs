@@ -1,9 +1,11 @@
 //! Segmentations of CT and MR images, in which numbers stand for organs. One format a file.
 
+mod grid;
 mod header;
 mod lookup;
 mod nifti;
 
+pub use grid::{ImageGrid, read_grid};
 pub use lookup::{InVoxels, volume_field};
 
 use rsph_core::shape::{Placement, Run};
@@ -51,29 +53,25 @@ pub enum Axes {
 pub struct Volume {
     /// Values, x fastest.
     pub values: Vec<f32>,
-    /// Size of the image.
-    pub size: [usize; 3],
-    /// Where it is, in the units of the file.
-    pub placement: Placement,
-    /// From these units to metres.
-    pub metres: f64,
+    /// Its voxels.
+    pub grid: ImageGrid,
 }
 
 impl Labelled {
     /// Where the image is in metres, or in units of which `scale` make one of the file's.
     pub fn placement(&self, scale: Option<f64>, axes: Axes) -> Placement {
-        axes.placed(&self.placement, scale.unwrap_or(self.metres))
+        let Self { size, placement, metres, .. } = *self;
+        ImageGrid { size, placement, metres }.placement(scale, axes)
     }
 }
 
 impl Axes {
-    /// A placement in these axes, in units of which `scale` make one.
-    fn placed(self, placement: &Placement, scale: f64) -> Placement {
-        let turn = match self {
-            Axes::Image => Mat3::identity(),
-            Axes::Organ => Mat3::from_columns(&[-Vec3::x(), Vec3::z(), Vec3::y()]),
-        };
-        Placement { axes: turn * placement.axes * scale, origin: turn * placement.origin * scale }
+    /// From the axes of the image to these.
+    pub fn turn(self) -> Mat3 {
+        match self {
+            Self::Image => Mat3::identity(),
+            Self::Organ => Mat3::from_columns(&[-Vec3::x(), Vec3::z(), Vec3::y()]),
+        }
     }
 }
 

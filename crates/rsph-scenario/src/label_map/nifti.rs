@@ -1,7 +1,7 @@
 //! NIfTI files, plain or compressed, read row by row: an image is never in memory as a whole.
 
 use super::header::{Header, kind, understand};
-use super::{Labelled, Problem, Volume, broken};
+use super::{ImageGrid, Labelled, Problem, Volume, broken};
 use flate2::read::MultiGzDecoder;
 use rsph_core::shape::Run;
 use std::collections::BTreeSet;
@@ -76,11 +76,29 @@ pub fn values(path: &Path) -> Result<Volume, Problem> {
         values.extend(row.iter().map(|value| *value as f32));
         Ok(())
     })?;
-    Ok(Volume { values, size: header.size, placement: header.placement, metres: header.metres })
+    let grid = ImageGrid { size: header.size, placement: header.placement, metres: header.metres };
+    Ok(Volume { values, grid })
 }
 
 /// Hands the file to `visit` row by row.
 fn each_row(path: &Path, visit: &mut Row<'_>) -> Result<Header, Problem> {
+    let (mut stream, length) = open(path)?;
+    let header = rows_of(&mut stream, length, visit)?;
+    if length.is_none() {
+        // Whether the archive is whole is known at its end.
+        io::copy(&mut stream.take(MAX_REST), &mut io::sink())
+            .map_err(|e| broken(format!("is a damaged archive: {e}")))?;
+    }
+    Ok(header)
+}
+
+/// The header of the file.
+pub fn read_header(path: &Path) -> Result<Header, Problem> {
+    header(&mut open(path)?.0)
+}
+
+/// The file as a stream, and how many bytes it has where that is known: where it is no archive.
+fn open(path: &Path) -> Result<(Box<dyn Read>, Option<u64>), Problem> {
     let unreadable = |e: &io::Error| {
         let remedy = match e.kind() {
             io::ErrorKind::NotFound => "check the path; a relative one in a scenario starts beside its file",
@@ -101,14 +119,9 @@ fn each_row(path: &Path, visit: &mut Row<'_>) -> Result<Header, Problem> {
     file.seek(SeekFrom::Start(0)).map_err(|e| unreadable(&e))?;
     let file = BufReader::with_capacity(1 << 16, file);
     if start == GZIP {
-        let mut stream = BufReader::with_capacity(1 << 16, MultiGzDecoder::new(file));
-        let header = rows_of(&mut stream, None, visit)?;
-        // Whether the archive is whole is known at its end.
-        io::copy(&mut stream.take(MAX_REST), &mut io::sink())
-            .map_err(|e| broken(format!("is a damaged archive: {e}")))?;
-        Ok(header)
+        Ok((Box::new(BufReader::with_capacity(1 << 16, MultiGzDecoder::new(file))), None))
     } else {
-        rows_of(&mut { file }, Some(info.len()), visit)
+        Ok((Box::new(file), Some(info.len())))
     }
 }
 

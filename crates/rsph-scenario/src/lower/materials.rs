@@ -5,7 +5,7 @@ use crate::label_map::{InVoxels, read_label, read_values, volume_field};
 use crate::scenario::{
     Document, KeyPath, LabelMapTable, LabelMapValue, MaterialTables, ModulusTable, ScenarioError,
 };
-use crate::shape_of::{axes_of, labels, of_table};
+use crate::shape_of::{labels, of_table};
 use rsph_core::material::Material;
 use rsph_core::setup::{MaterialPart, ModulusField, Place, SolidSetup, Within};
 use std::path::Path;
@@ -128,7 +128,7 @@ fn voxels(
         let problem = format!("{}: {}", e.path.display(), e.problem);
         doc.error(&KeyPath::from("body.labelmap.path"), problem, e.remedy)
     })?;
-    let placement = read.placement(image.scale, axes_of(image.axes));
+    let placement = read.placement(image.scale, image.axes.axes());
     let place = InVoxels::new(read.runs, placement).ok_or_else(|| no_place(doc, path))?;
     Ok(Arc::new(place))
 }
@@ -148,7 +148,7 @@ fn modulus(
         let problem = format!("{}: {}", e.path.display(), e.problem);
         doc.error(&path.key("path"), problem, e.remedy)
     })?;
-    volume_field(volume, axes_of(table.axes), table.scale, table.factor).ok_or_else(|| no_place(doc, path))
+    volume_field(volume, table.axes.axes(), table.scale, table.factor).ok_or_else(|| no_place(doc, path))
 }
 
 fn no_place(doc: &Document, path: &KeyPath) -> ScenarioError {

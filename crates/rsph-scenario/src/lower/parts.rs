@@ -7,7 +7,7 @@ use crate::scenario::{
     LoadTable, MotionTable, RampTable, RegionTable, ScenarioError,
 };
 use rsph_core::region::Region;
-use rsph_core::setup::{Boundary, Fix, Load, LoadKind, Motion, PatchCentre, Ramp, VectorField};
+use rsph_core::setup::{Boundary, BoundaryName, Fix, Load, LoadKind, Motion, PatchCentre, Ramp, VectorField};
 use rsph_core::tensor::{Mat3, Vec3};
 use rsph_core::vector_field::FreeBeamMode;
 
@@ -111,9 +111,19 @@ fn boundary(doc: &Document, path: &KeyPath, table: &BoundaryTable) -> Result<Bou
         }
         (BoundaryKind::Prescribed, None) => return Err(missing(doc, path, "motion", "prescribed")),
     };
-    let name = match &table.name {
-        Some(given) => Some(name(doc, &path.key("name"), given)?),
-        None => None,
+    let name = match (&table.name, table.moment_about) {
+        (Some(given), point) => Some(BoundaryName {
+            text: name(doc, &path.key("name"), given)?,
+            moment_about: point.map(Vec3::from),
+        }),
+        (None, Some(_)) => {
+            return Err(doc.error(
+                &path.key("moment_about"),
+                "says about which point a moment is read, and without a name none is read",
+                "give the boundary a `name`, or remove the key",
+            ));
+        }
+        (None, None) => None,
     };
     Ok(Boundary { name, region: region(doc, &path.key("region"), &table.region)?, fix, motion })
 }

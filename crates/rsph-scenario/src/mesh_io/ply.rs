@@ -8,7 +8,7 @@ use ply_rs_bw::ply::{
 };
 use ply_rs_bw::writer::Writer;
 use rsph_core::mesh::TriangleMesh;
-use rsph_core::setup::Quantity;
+use rsph_core::particles::{Field, suffixes};
 use rsph_core::surface::SurfaceField;
 use rsph_core::tensor::Vec3;
 use std::io;
@@ -143,13 +143,18 @@ fn in_short(error: &ParseError) -> String {
     }
 }
 
+/// What the components of a field are called.
+fn suffixes_of(name: &str, components: usize) -> &'static [&'static str] {
+    Field::from_name(name).map_or_else(|| suffixes(components), |field| field.spec().suffixes)
+}
+
 pub(super) fn format(mesh: &TriangleMesh, fields: &[SurfaceField]) -> io::Result<Vec<u8>> {
     let mut vertex = ElementDef::new("vertex".into());
     let mut names: Vec<String> = ["x", "y", "z"].map(String::from).to_vec();
     for field in fields {
         match field.components {
             1 => names.push(field.name.into()),
-            n => names.extend(Quantity::suffixes(n).iter().map(|s| format!("{}_{s}", field.name))),
+            n => names.extend(suffixes_of(field.name, n).iter().map(|s| format!("{}_{s}", field.name))),
         }
     }
     for name in &names {

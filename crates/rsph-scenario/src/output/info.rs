@@ -49,7 +49,7 @@ impl ProbeColumn {
         for p in probes {
             let Quantity { field, component } = p.quantity;
             let spec = field.spec();
-            let suffixes = Quantity::suffixes(spec.components);
+            let suffixes = spec.suffixes;
             let column = |name: String, suffix: Option<&&str>| Self {
                 name,
                 quantity: suffix.map_or_else(|| spec.name.to_owned(), |s| format!("{}.{s}", spec.name)),

@@ -8,12 +8,14 @@ mod frames_file;
 pub mod html;
 mod info;
 mod machine;
+pub mod nifti;
 mod number;
 pub mod polydata;
 pub mod probes;
 pub mod report;
 pub mod summary;
 mod units;
+pub mod voxels;
 pub mod vtkhdf;
 pub mod vtp;
 
@@ -221,7 +223,13 @@ impl RunWriters {
         self.particles.finish()?;
         self.surface.finish()?;
         self.probes.flush()?;
-        let summary = Summary::new(&self.info, outcome, &self.last, self.particle_count, self.frames);
+        let summary = Summary::new(
+            &self.info,
+            outcome,
+            (&self.last, self.report.last_readings()),
+            self.particle_count,
+            self.frames,
+        );
         let path = self.folder.join("summary.json");
         let json = summary.to_json().map_err(|e| SinkError::new(&path, e))?;
         atomic::write(&path, json.as_bytes())?;

@@ -9,7 +9,7 @@ mod thinned;
 use super::html::{escape, fill};
 use super::polydata::PolyData;
 use super::summary::Summary;
-use super::{RunInfo, VERSION, atomic, units};
+use super::{ProbeColumn, RunInfo, VERSION, atomic, units};
 use crate::sink::{Outcome, SinkError};
 use frames::Frames;
 use history::History;
@@ -40,6 +40,8 @@ struct Data<'a> {
     stress_unit: String,
     velocity_unit: String,
     probes: Vec<Probe<'a>>,
+    force_displacement: Vec<ForceDisplacement<'a>>,
+    force_unit: String,
     curves: history::Curves,
     view: frames::View<'a>,
 }
@@ -52,6 +54,29 @@ struct Probe<'a> {
     unit: String,
 }
 
+/// A component of the force of a boundary that moves, over that of its displacement.
+#[derive(Serialize)]
+struct ForceDisplacement<'a> {
+    /// Name of the boundary and component.
+    name: &'a str,
+    /// Number of the probe that reads the force.
+    force: usize,
+    /// Number of the probe that reads the displacement.
+    displacement: usize,
+}
+
+impl<'a> ForceDisplacement<'a> {
+    /// Of all boundaries that move and have a name.
+    fn all(info: &'a RunInfo) -> Vec<Self> {
+        let of = |(displacement, column): (usize, &'a ProbeColumn)| {
+            let name = column.quantity.strip_prefix("displacement of ")?;
+            let is_force = |other: &ProbeColumn| other.quantity.strip_prefix("force of ") == Some(name);
+            Some(Self { name, force: info.probes.iter().position(is_force)?, displacement })
+        };
+        info.probes.iter().enumerate().filter_map(of).collect()
+    }
+}
+
 impl Report {
     /// Takes a frame.
     pub fn frame(&mut self, surface: &PolyData) {
@@ -61,6 +86,11 @@ impl Report {
     /// Takes a sample.
     pub fn sample(&mut self, time: f64, readings: &[Reading], conservation: &Conservation) {
         self.history.push(time, readings, conservation);
+    }
+
+    /// The readings of the last sample; nothing if there was none.
+    pub fn last_readings(&self) -> &[f64] {
+        self.history.last_readings()
     }
 
     /// Puts the samples into `state`; the frames are in the results.
@@ -135,10 +165,12 @@ impl Report {
                 .iter()
                 .map(|p| Probe {
                     name: &p.name,
-                    plot: p.quantity.split('.').next().unwrap_or_default(),
+                    plot: p.quantity.rsplit_once('.').map_or(&*p.quantity, |(plot, _)| plot),
                     unit: unit(&p.unit),
                 })
                 .collect(),
+            force_displacement: ForceDisplacement::all(info),
+            force_unit: unit("N"),
             curves: self.history.curves(info.probes.len()),
             view: self.frames.view(),
         }

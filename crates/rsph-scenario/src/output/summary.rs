@@ -6,6 +6,7 @@ use rsph_core::shape::Repair;
 use rsph_core::simulation::{Conservation, RemeshLog};
 use rsph_core::tensor::Vec3;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// Energies of the last moment (J; energy unit of the scenario).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -252,6 +253,8 @@ pub struct Summary {
     pub load: [f64; 3],
     /// Total force of the clamps on the body at the end.
     pub reaction: [f64; 3],
+    /// The last row of `probes.csv`, by column.
+    pub readings: BTreeMap<String, f64>,
     /// The last equilibrium of mode "static"; `null` if none was asked for.
     pub equilibrium: Option<EquilibriumSummary>,
     /// What remeshing did; `null` if remeshing is off.
@@ -265,11 +268,11 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Sums up a run whose last moment had `particles` and `conservation`.
+    /// Sums up a run whose last moment had `particles`, `conservation` and these `readings`.
     pub fn new(
         info: &RunInfo,
         outcome: &Outcome,
-        conservation: &Conservation,
+        (conservation, readings): (&Conservation, &[f64]),
         particles: usize,
         frames: usize,
     ) -> Self {
@@ -318,6 +321,7 @@ impl Summary {
             shape_volume: d.shape_volume,
             load: components(&conservation.load),
             reaction: components(&conservation.reaction),
+            readings: info.probes.iter().map(|p| p.name.clone()).zip(readings.iter().copied()).collect(),
             equilibrium: outcome.equilibrium.map(|e| EquilibriumSummary {
                 iterations: e.iterations,
                 newton_steps: e.steps,

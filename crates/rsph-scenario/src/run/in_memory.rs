@@ -49,10 +49,12 @@ struct Memory {
 
 impl Memory {
     fn remembered(self, info: &RunInfo, outcome: &Outcome) -> Remembered {
+        let last: Vec<f64> = self.readings.iter().map(|r| r.value).collect();
+        let at_the_end = (&self.conservation, &last[..]);
         Remembered {
-            summary: Summary::new(info, outcome, &self.conservation, self.particles, self.frames),
+            summary: Summary::new(info, outcome, at_the_end, self.particles, self.frames),
             columns: info.probes.iter().map(|c| c.name.clone()).collect(),
-            last: self.readings.iter().map(|r| r.value).collect(),
+            last,
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::scenario::{AxesName, LabelMapValue, LoadedScenario, MaterialTables, M
 use crate::sink::{RunSink, SinkError};
 use rsph_core::region::Axis;
 use rsph_core::setup::{Formulation, LoadKind, Mechanics, RemeshTrigger, STRAIN, Scheme, Setup, Units};
-use rsph_core::simulation::own_readings;
+use rsph_core::simulation::{OwnReading, own_readings};
 
 /// Opens the files of a run's folder.
 pub fn open(start: &RunStart<'_>) -> Result<Box<dyn RunSink>, SinkError> {
@@ -46,13 +46,12 @@ pub fn info(start: &RunStart<'_>) -> RunInfo {
 /// The columns of probes.csv: the probes, and what the kind of body adds.
 fn probes(setup: &Setup) -> Vec<ProbeColumn> {
     let mut columns = ProbeColumn::of(&setup.probes);
-    columns.extend(
-        own_readings(&setup.mechanics, setup.remesh.trigger).into_iter().map(|(name, unit)| ProbeColumn {
-            quantity: name.clone(),
-            name,
-            unit: unit.into(),
-        }),
-    );
+    let own = own_readings(&setup.mechanics, &setup.gauges, setup.remesh.trigger).into_iter();
+    columns.extend(own.map(|OwnReading { name, quantity, unit }| ProbeColumn {
+        name,
+        quantity,
+        unit: unit.into(),
+    }));
     columns
 }
 

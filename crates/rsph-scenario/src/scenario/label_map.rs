@@ -1,5 +1,6 @@
 //! A label map as the source of the body: the path of an image, or a table with more.
 
+use crate::label_map::Axes;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
@@ -36,6 +37,16 @@ pub enum AxesName {
     /// Axes of organs: from a patient's (x to the right, y to the front, z up) to x from the right side of the
     /// body to its left, y up, z to the front.
     Organ,
+}
+
+impl AxesName {
+    /// The axes.
+    pub fn axes(self) -> Axes {
+        match self {
+            Self::Image => Axes::Image,
+            Self::Organ => Axes::Organ,
+        }
+    }
 }
 
 /// A path or a table.

@@ -16,8 +16,11 @@ use serde::Deserialize;
     {"if": {"properties": {"kind": {"const": "clamp"}}}, "then": {"properties": {"motion": false}}},
 ]))]
 pub struct BoundaryTable {
-    /// Name of the force that it carries: `probes.csv` gets the columns `<name>_force_x`, `_y` and `_z` (N), the force on the body.
+    /// Name of what it carries: `probes.csv` gets the columns `<name>_force_x`, `_y` and `_z` (N), the force on the body,
+    /// `<name>_moment_x` and so on (N m), and where it moves `<name>_displacement_x` and so on (m).
     pub name: Option<String>,
+    /// The point that the moment is about (m), of a boundary with a name. Default: the centre of what it holds, which goes with it.
+    pub moment_about: Option<[f64; 3]>,
     /// What happens there.
     pub kind: BoundaryKind,
     /// Where.

@@ -29,8 +29,9 @@ pub use loads::{
 pub use material::{MaterialTable, MaterialTables, ModulusTable};
 pub use region::{AxisName, RegionTable, SideName};
 pub use tables::{
-    BodyTable, CheckpointTable, FieldTable, FormulationName, InitialTable, Integrator, ModeName, OrganName,
-    OutputTable, ProbeTable, Scenario, ShapeTable, SolverTable, TimeTable, UnitsName,
+    BodyTable, CheckpointTable, FieldTable, FormulationName, GaugeTable, InitialTable, Integrator,
+    MeasureName, ModeName, OrganName, OutputTable, ProbeTable, Scenario, ShapeTable, SolverTable, TimeTable,
+    UnitsName,
 };
 pub use values::{CentreValue, EveryValue, TimeStepValue};
 

@@ -6,6 +6,7 @@ use super::loads::{BoundaryTable, LoadTable};
 use super::material::MaterialTables;
 use super::region::{AxisName, RegionTable};
 use super::values::TimeStepValue;
+use rsph_core::measures::MEASURES;
 use rsph_core::shape::organ_names;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
@@ -52,6 +53,9 @@ pub struct Scenario {
     /// Named readings, columns of probes.csv.
     #[serde(default)]
     pub probe: Vec<ProbeTable>,
+    /// Strain gauges, columns of probes.csv.
+    #[serde(default)]
+    pub gauge: Vec<GaugeTable>,
 }
 
 /// A consistent system of units.
@@ -341,15 +345,33 @@ pub enum Integrator {
 }
 
 /// Output: what is written, and how often.
-#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OutputTable {
     /// Time between frames (s), positive. Default: a fiftieth of `time.until`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub every: Option<f64>,
+    /// Measures of deformation and stress that frames have beside the fields of every run, on particles and surface. Default: none.
+    #[serde(default)]
+    pub fields: Vec<MeasureName>,
     /// How often the run is stored so that `rsph run --resume` can go on with it. Default: every 5 minutes.
     #[serde(default)]
     pub checkpoint: CheckpointTable,
+}
+
+/// The name of a measure of deformation or stress, one of the core's.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(transparent)]
+pub struct MeasureName(pub String);
+
+impl JsonSchema for MeasureName {
+    fn schema_name() -> Cow<'static, str> {
+        "MeasureName".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"enum": MEASURES.iter().map(|field| field.spec().name).collect::<Vec<_>>()})
+    }
 }
 
 /// How often a run is stored; with both keys, whichever comes first.
@@ -364,13 +386,26 @@ pub struct CheckpointTable {
     pub frames: Option<u64>,
 }
 
+/// A strain gauge between two points of a solid: probes.csv gets the columns `<name>_strain`, the change of their distance over the
+/// undeformed one, and `<name>_length` (m).
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GaugeTable {
+    /// What its readings are called by; unique, without commas.
+    pub name: String,
+    /// One end, on the undeformed body or in it (m).
+    pub from: [f64; 3],
+    /// The other end (m).
+    pub to: [f64; 3],
+}
+
 /// A named reading: the mean of a quantity over a region, or its value at a point.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProbeTable {
     /// Column name in probes.csv; unique, without commas.
     pub name: String,
-    /// A field or a component of it: "displacement.z", "velocity", "stress.xy", "von_mises".
+    /// A field or a component of it: "displacement.z", "velocity", "stress.xy", "principal_strain.1", "von_mises".
     pub quantity: String,
     /// Where.
     pub region: RegionTable,

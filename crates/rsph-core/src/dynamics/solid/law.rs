@@ -10,7 +10,7 @@ use crate::boundary::force_sums::ForceSums;
 use crate::dynamics::Scales;
 use crate::material::Material;
 use crate::ops::PAIR_COMPONENTS;
-use crate::tensor::{Mat3, SymTensor, Vec3};
+use crate::tensor::{Mat3, SymTensor};
 use crate::tiles::Tile;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -285,34 +285,8 @@ impl Solid {
         self.take_forces(force);
     }
 
-    /// Force (N) of every boundary on the body at time `t`, with the displacement u and the velocity v; where nothing moves, that of
-    /// the body at rest.
-    pub fn reactions(&mut self, t: f64, u: &[f64], v: &[f64]) -> Vec<Vec3> {
-        let mut force = vec![0.0; u.len()];
-        if v.iter().all(|v| *v == 0.0) {
-            self.force_at_rest(t, 1.0, u, &mut force);
-        } else {
-            self.stress_sweep_at(t, u, v);
-            self.adjoint_sweep();
-            self.take_forces(&mut force);
-        }
-        force.iter_mut().zip(self.load_at(t)).for_each(|(force, load)| *force += load);
-        let n = self.len();
-        let mut reactions = self.lift.reactions();
-        for p in &self.fixed.particles {
-            for at in (0..3).filter(|&k| p.fix[k]).map(|k| k * n + p.particle) {
-                // What several boundaries hold the first of them carries.
-                let held = std::mem::take(&mut force[at]);
-                if let Some(i) = p.boundary {
-                    reactions[i][at / n] -= held;
-                }
-            }
-        }
-        reactions
-    }
-
     /// Internal forces, component by component, after the adjoint sweep.
-    fn take_forces(&self, force: &mut [f64]) {
+    pub(super) fn take_forces(&self, force: &mut [f64]) {
         let n = self.len();
         let (fx, fyz) = force.split_at_mut(n);
         let (fy, fz) = fyz.split_at_mut(n);

@@ -188,6 +188,12 @@ impl Materials {
         self.palette.density(&self.cell(particle))
     }
 
+    /// Whether the material that holds the larger share of a particle is for small strain.
+    pub(super) fn is_small_strain(&self, particle: usize) -> bool {
+        let material = usize::from(self.cell(particle).materials[0]);
+        matches!(self.palette.materials()[material].law(), Law::Linear(_))
+    }
+
     /// Stiffness of a particle in the undeformed state.
     pub(super) fn stiffness(&self, particle: usize) -> Stiffness {
         self.palette.stiffness(&self.cell(particle))

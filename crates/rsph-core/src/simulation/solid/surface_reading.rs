@@ -14,6 +14,7 @@ use crate::boundary::load::SurfaceTraction;
 use crate::boundary::surface_load::SurfacePoint;
 use crate::error::InvalidInput;
 use crate::material::{FiniteStrain, Law, Material, Scaled, Stiffness};
+use crate::measures::LocalState;
 use crate::mesh::TriangleMesh;
 use crate::mls::{Cloud, GradientFit};
 use crate::neighbors::CellList;
@@ -165,19 +166,24 @@ impl SurfaceReading {
                         Law::FiniteStrain(&law).measures(relaxation_time, &(f - Mat3::identity()), &rate);
                     let turned = f.try_inverse().map(|inverse| inverse.transpose() * vertex.normal);
                     let normal = turned.map_or(vertex.normal, |n| n.normalize());
-                    return VertexStrain { normal, strain, stress };
+                    let local = LocalState { deformation: f, strain, stress, is_small_strain: false };
+                    return VertexStrain { normal, local };
                 }
             };
-            let strain_of =
+            let gradient_of =
                 |g: Mat3, traction: Vec3| with_traction(&stiffness, (&vertex.normal, &free), &g, &traction);
             let settled = self.relaxed(i, vertex, &tractions, t, relaxation_time);
-            let strain = strain_of(g, settled);
+            let gradient = gradient_of(g, settled);
+            let strain = SymTensor::symmetric_part(&gradient);
             let stress = if relaxation_time > 0.0 {
-                stiffness.stress(strain_of(g + rate * relaxation_time, now))
+                let effective = gradient_of(g + rate * relaxation_time, now);
+                stiffness.stress(SymTensor::symmetric_part(&effective))
             } else {
                 stiffness.stress(strain)
             };
-            VertexStrain { normal: vertex.normal, strain, stress }
+            let deformation = Mat3::identity() + gradient;
+            let local = LocalState { deformation, strain, stress, is_small_strain: true };
+            VertexStrain { normal: vertex.normal, local }
         };
         self.vertices.par_iter().zip(fits).enumerate().map(read).collect()
     }
@@ -246,9 +252,9 @@ impl<'a> Tractions<'a> {
     }
 }
 
-/// The strain of the displacement gradient `g`, changed across the surface with normal n so that its stress has the
-/// components of that traction which `free` projects on.
-fn with_traction(material: &Stiffness, (n, free): (&Vec3, &Mat3), g: &Mat3, traction: &Vec3) -> SymTensor {
+/// The displacement gradient `g`, changed across the surface with normal n so that its stress has the components of that
+/// traction which `free` projects on.
+fn with_traction(material: &Stiffness, (n, free): (&Vec3, &Mat3), g: &Mat3, traction: &Vec3) -> Mat3 {
     let fit = SymTensor::symmetric_part(g);
     let across = |a: Vec3| SymTensor::symmetric_part(&(a * n.transpose()));
     // Unit where the traction is not known, so that nothing changes there.
@@ -257,7 +263,7 @@ fn with_traction(material: &Stiffness, (n, free): (&Vec3, &Mat3), g: &Mat3, trac
         free * material.stress(across(a)).dot(n) + Vec3::ith(i, 1.0) - a
     }));
     let missing = free * (traction - material.stress(fit).dot(n));
-    acoustic.try_inverse().map_or(fit, |inverse| fit + across(inverse * missing))
+    acoustic.try_inverse().map_or(*g, |inverse| g + inverse * missing * n.transpose())
 }
 
 /// Steps of Newton's method for the deformation gradient at a vertex, and the missing traction at which it is found.
@@ -375,7 +381,7 @@ mod tests {
         let flat = Mat3::identity() - n * n.transpose();
         let tilted = Mat3::identity() - Vec3::x() * Vec3::x().transpose();
         for free in [Mat3::identity(), flat, tilted, Mat3::zeros()] {
-            let e = with_traction(&material.stiffness(), (&n, &free), &g, &t);
+            let e = SymTensor::symmetric_part(&with_traction(&material.stiffness(), (&n, &free), &g, &t));
             assert!((free * (material.stiffness().stress(e).dot(&n) - t)).norm() < 1e-12);
             let changed = e.to_matrix() - SymTensor::symmetric_part(&g).to_matrix();
             assert!((flat * changed * flat).amax() < 1e-12);

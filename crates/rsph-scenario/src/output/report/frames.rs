@@ -13,8 +13,22 @@ const MAX_FRAMES: usize = 40;
 const MAX_BYTES: usize = 9_000_000;
 /// A surface with more vertices than this is left to ParaView.
 const MAX_VERTICES: usize = 80_000;
-/// The scalar fields that the view can show, if the surface has them.
-const SCALARS: [&str; 4] = ["normal_strain", "shear_strain", "von_mises", "velocity_x"];
+/// What the view can show, if the surface has it: a name, a field, which of its components and how many it has.
+const SCALARS: [(&str, &str, usize, usize); 13] = [
+    ("normal_strain", "normal_strain", 0, 1),
+    ("shear_strain", "shear_strain", 0, 1),
+    ("von_mises", "von_mises", 0, 1),
+    ("velocity_x", "velocity_x", 0, 1),
+    ("volume_ratio", "volume_ratio", 0, 1),
+    ("principal_stretch_1", "principal_stretch", 0, 3),
+    ("principal_strain_1", "principal_strain", 0, 3),
+    ("principal_strain_3", "principal_strain", 2, 3),
+    ("max_shear_strain", "max_shear_strain", 0, 1),
+    ("principal_stress_1", "principal_stress", 0, 3),
+    ("principal_stress_3", "principal_stress", 2, 3),
+    ("max_shear_stress", "max_shear_stress", 0, 1),
+    ("pressure", "pressure", 0, 1),
+];
 
 /// An undeformed surface, shared by all frames until the next remesh.
 #[derive(Debug, Serialize)]
@@ -90,7 +104,10 @@ impl Frames {
             u: u.map(pack),
             scalars: SCALARS
                 .into_iter()
-                .filter_map(|name| Some((name, Packed::new(field(name, 1)?.iter().copied()))))
+                .filter_map(|(name, of, component, components)| {
+                    let values = field(of, components)?.iter().skip(component).step_by(components);
+                    Some((name, Packed::new(values.copied())))
+                })
                 .collect(),
         };
         self.series.push(frame, |frames| frames.len() <= MAX_FRAMES && size(frames) <= MAX_BYTES);

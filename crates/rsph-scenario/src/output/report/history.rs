@@ -57,6 +57,11 @@ impl History {
         self.samples.push(sample, |s| s.len() <= MAX_POINTS);
     }
 
+    /// The readings of the last sample; nothing if there was none.
+    pub fn last_readings(&self) -> &[f64] {
+        self.samples.entries().last().map_or(&[], |sample| &sample.readings)
+    }
+
     /// Puts the samples into `state`.
     pub fn save(&self, state: &mut State) {
         let rows = self.samples.entries().into_iter().flat_map(|s| {

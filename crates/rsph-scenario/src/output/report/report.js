@@ -24,10 +24,15 @@
     const plots = new Map();
     data.probes.forEach((p, k) => {
       const key = p.plot + p.unit;
-      if (!plots.has(key)) plots.set(key, { title: p.plot.replace("_", " ") + p.unit, traces: [] });
+      if (!plots.has(key)) plots.set(key, { title: p.plot.replaceAll("_", " ") + p.unit, traces: [] });
       const traces = plots.get(key).traces;
       traces.push(curve(p.name, data.curves.probes[k], traces.length));
     });
+    const moved = data.force_displacement.filter((c) => data.curves.probes[c.displacement].some((u) => u));
+    if (moved.length) {
+      const traces = moved.map((c, i) => curve(c.name, data.curves.probes[c.force], i, { x: data.curves.probes[c.displacement] }));
+      plots.set("force over displacement", { title: "force" + data.force_unit, over: "displacement" + data.length_unit, traces });
+    }
     // All places first: a plot takes the width that its place has when it is drawn.
     const places = [...plots.values()].map((plot) => {
       const div = document.createElement("div");
@@ -35,7 +40,11 @@
       id("probes").append(div);
       return { div, ...plot };
     });
-    for (const { div, title, traces } of places) Plotly.newPlot(div, traces, axes(title), config);
+    for (const { div, title, over, traces } of places) {
+      const layout = axes(title);
+      if (over) layout.xaxis.title.text = over;
+      Plotly.newPlot(div, traces, layout, config);
+    }
     if (!plots.size) id("probes").textContent = "The scenario has no probe.";
   }
 
@@ -87,6 +96,15 @@
     ["displacement", "displacement, magnitude", data.length_unit, false],
     ["von_mises", "von Mises stress", data.stress_unit, false],
     ["velocity_x", "velocity along x", data.velocity_unit, true],
+    ["volume_ratio", "volume ratio det F", "", "around 1"],
+    ["principal_stretch_1", "largest principal stretch", "", "around 1"],
+    ["principal_strain_1", "largest principal strain", "", true],
+    ["principal_strain_3", "smallest principal strain", "", true],
+    ["max_shear_strain", "maximum shear strain (e₁ − e₃)/2", "", false],
+    ["principal_stress_1", "largest principal stress", data.stress_unit, true],
+    ["principal_stress_3", "smallest principal stress", data.stress_unit, true],
+    ["max_shear_stress", "maximum shear stress (σ₁ − σ₃)/2", data.stress_unit, false],
+    ["pressure", "pressure −tr σ/3", data.stress_unit, true],
   ];
   const has = (f, key) => (key === "displacement" ? f.u !== null : key in f.scalars);
   const fields = known.filter(([key]) => frames.length && frames.every((f) => has(f, key)));
@@ -109,17 +127,18 @@
 
   /// One range of colours for all frames, without the outermost 0.5 % of the values.
   const ranges = new Map();
-  function range(key, symmetric) {
+  function range(key, around) {
+    const middle = around === "around 1" ? 1 : 0, symmetric = Boolean(around);
     if (!ranges.has(key)) {
       const all = [];
       for (const f of frames) {
         const v = values(f, key), skip = Math.max(1, Math.floor((v.length * frames.length) / 2e5));
-        for (let i = 0; i < v.length; i += skip) if (!Number.isNaN(v[i])) all.push(symmetric ? Math.abs(v[i]) : v[i]);
+        for (let i = 0; i < v.length; i += skip) if (!Number.isNaN(v[i])) all.push(symmetric ? Math.abs(v[i] - middle) : v[i]);
       }
       const sorted = Float64Array.from(all).sort();
       const top = sorted.length ? sorted[Math.min(sorted.length - 1, Math.floor(0.995 * sorted.length))] : 0;
       const high = top > 0 ? top : 1;
-      ranges.set(key, symmetric ? [-high, high] : [0, high]);
+      ranges.set(key, symmetric ? [middle - high, middle + high] : [0, high]);
     }
     return ranges.get(key);
   }
@@ -176,7 +195,7 @@
       const t = { type: "mesh3d", x: place(0), y: place(1), z: place(2), ...triangles[f.mesh], flatshading: false,
         lighting: { ambient: 0.72, diffuse: 0.45, specular: 0.04, roughness: 0.9, fresnel: 0 }, hoverinfo: "x+y+z" };
       if (!state.field) return { ...t, color: "#bbbbbb" };
-      const [key, label, unit, symmetric] = state.field, [cmin, cmax] = range(key, symmetric), v = values(f, key);
+      const [key, label, unit, around] = state.field, [cmin, cmax] = range(key, around), v = values(f, key);
       return { ...t, intensity: v, cmin, cmax, colorscale: maps[state.map],
         hovertext: Array.from(v, (x) => label + unit + ": " + show(x)), hoverinfo: "x+y+z+text",
         colorbar: narrow()

@@ -1,0 +1,46 @@
+//! Measures of deformation and stress of every particle, where they are asked for.
+
+use super::Solid;
+use crate::measures::LocalState;
+use crate::ops::PAIR_COMPONENTS;
+use crate::particles::{Column, Field, Particles};
+use crate::tensor::{Mat3, SymTensor};
+
+impl Solid {
+    /// Sets those of the [measures](crate::measures::MEASURES) at time `t`, with the strain and the stress of all particles, component by
+    /// component.
+    pub(super) fn set_measures(
+        &mut self,
+        t: f64,
+        wanted: &[Field],
+        [strain, stress]: [&[f64]; 2],
+        particles: &mut Particles,
+    ) {
+        let n = self.len();
+        let u = particles.column(Field::Displacement).clone();
+        self.spread_displacement(t, u.values());
+        self.visit_sums(false, |_, _, sums| {
+            let mut out = [0.0; PAIR_COMPONENTS];
+            out[..9].copy_from_slice(sums.deformation.transpose().as_slice());
+            out
+        });
+        let gradient = self.gather_pair(0..9);
+        let tensor = |values: &[f64], a: usize| SymTensor(std::array::from_fn(|c| values[c * n + a]));
+        let state = |a: usize| LocalState {
+            deformation: Mat3::from_fn(|i, j| f64::from(u8::from(i == j)) + gradient[(3 * i + j) * n + a]),
+            strain: tensor(strain, a),
+            stress: tensor(stress, a),
+            is_small_strain: self.materials.is_small_strain(a),
+        };
+        for field in wanted {
+            let components = field.spec().components;
+            let (mut column, mut values) = (vec![0.0; components * n], Vec::with_capacity(components));
+            for a in 0..n {
+                values.clear();
+                state(a).put(*field, &mut values);
+                values.iter().enumerate().for_each(|(c, value)| column[c * n + a] = *value);
+            }
+            particles.set(*field, Column::from_vec(column, n));
+        }
+    }
+}
