@@ -12,7 +12,7 @@ use super::case::history;
 use rsph_core::material::NeoHookean;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{Boundary, Fix, Motion, Ramp, Setup, SolidSetup, Units};
+use rsph_core::setup::{Boundary, Curve, Fix, Motion, Setup, SolidSetup, Units};
 use rsph_core::shape::Shape;
 use rsph_core::tensor::Vec3;
 use std::path::Path;
@@ -62,7 +62,7 @@ fn beyond(axis: Axis, at: f64, side: Side) -> Region {
 
 /// A face that is held, or moved by `displacement` from time 0 to 1.
 fn held(region: Region, displacement: Option<Vec3>) -> Boundary {
-    let ramp = Ramp { from: 0.0, to: 1.0 };
-    let motion = displacement.map(|displacement| Motion::Ramp { displacement, ramp });
+    let curve = Curve::ramp(0.0, 1.0);
+    let motion = displacement.map(|displacement| Motion::Curve { displacement, curve });
     Boundary { name: None, region, fix: Fix::ALL, motion }
 }

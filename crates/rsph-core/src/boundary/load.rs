@@ -97,7 +97,7 @@ pub fn nodal_loads(loads: &[Load], body: &LoadedBody<'_>) -> Result<Vec<NodalLoa
                     patch.with_traction(|traction| on_surface(i, traction))
                 }
             }?;
-            Ok(NodalLoad::new(force, load.ramp))
+            Ok(NodalLoad::new(force, load.curve.clone()))
         })
         .collect()
 }

@@ -1,6 +1,6 @@
 //! What every load becomes: a force on each particle times a factor that depends on time.
 
-use crate::setup::Ramp;
+use crate::setup::Curve;
 use crate::tensor::Vec3;
 
 /// A pattern of forces on the particles with its course in time.
@@ -8,7 +8,7 @@ use crate::tensor::Vec3;
 pub struct NodalLoad {
     pattern: Pattern,
     /// The factor.
-    pub ramp: Ramp,
+    pub curve: Curve,
 }
 
 /// Forces on particles at factor 1.
@@ -22,7 +22,7 @@ enum Pattern {
 
 impl NodalLoad {
     /// The force on each particle at factor 1, component by component (3 n values).
-    pub fn new(force: Vec<f64>, ramp: Ramp) -> Self {
+    pub fn new(force: Vec<f64>, curve: Curve) -> Self {
         let n = force.len() / 3;
         let at = |a: usize| Vec3::new(force[a], force[n + a], force[2 * n + a]);
         let loaded = |a: &usize| at(*a) != Vec3::zeros();
@@ -34,16 +34,27 @@ impl NodalLoad {
         } else {
             Pattern::All(force)
         };
-        Self { pattern, ramp }
+        Self { pattern, curve }
     }
 
     /// Adds the loads at time `t` on the particles from `first` on to their `forces`, a list for each
     /// component; `n` is the number of all particles.
     pub fn add(loads: &[Self], t: f64, n: usize, first: usize, forces: [&mut [f64]; 3]) {
+        Self::add_times(loads, |curve| curve.at(t), n, first, forces);
+    }
+
+    /// Adds the loads, each times that factor.
+    fn add_times(
+        loads: &[Self],
+        factor: impl Fn(&Curve) -> f64,
+        n: usize,
+        first: usize,
+        forces: [&mut [f64]; 3],
+    ) {
         let [x, y, z] = forces;
         let here = first..first + x.len();
         for load in loads {
-            let factor = load.ramp.at(t);
+            let factor = factor(&load.curve);
             if factor == 0.0 {
                 continue;
             }
@@ -69,11 +80,20 @@ impl NodalLoad {
 
     /// Sum of all loads at time `t` into `total`, component by component.
     pub fn sum(loads: &[Self], t: f64, total: &mut [f64]) {
+        Self::sum_times(loads, |curve| curve.at(t), total);
+    }
+
+    /// Sum of all loads into `total`, each at the largest magnitude that it has at any time.
+    pub fn sum_of_peaks(loads: &[Self], total: &mut [f64]) {
+        Self::sum_times(loads, Curve::peak, total);
+    }
+
+    fn sum_times(loads: &[Self], factor: impl Fn(&Curve) -> f64, total: &mut [f64]) {
         total.fill(0.0);
         let n = total.len() / 3;
         let (x, yz) = total.split_at_mut(n);
         let (y, z) = yz.split_at_mut(n);
-        Self::add(loads, t, n, 0, [x, y, z]);
+        Self::add_times(loads, factor, n, 0, [x, y, z]);
     }
 
     /// Whether any of the loads acts on each of `n` particles; nothing if there are no loads.
@@ -111,16 +131,16 @@ mod tests {
         let mut few = vec![0.0; 3 * n];
         (few[3], few[n + 3], few[2 * n + 7]) = (1.0, -2.0, 4.0);
         let all: Vec<f64> = (0..3 * n).map(|i| i as f64).collect();
-        let ramp = Ramp::default();
-        let loads = [NodalLoad::new(few.clone(), ramp), NodalLoad::new(all.clone(), ramp)];
+        let [curve, same] = [Curve::default(), Curve::default()];
+        let loads = [NodalLoad::new(few.clone(), curve), NodalLoad::new(all.clone(), same)];
         assert!(matches!(loads[0].pattern, Pattern::Some(_)) && matches!(loads[1].pattern, Pattern::All(_)));
         assert_eq!(loads[0].total(), Vec3::new(1.0, -2.0, 4.0));
         let mut whole = vec![0.0; 3 * n];
-        NodalLoad::sum(&loads, f64::MAX, &mut whole);
+        NodalLoad::sum(&loads, 0.0, &mut whole);
         assert!((0..3 * n).all(|i| whole[i] == few[i] + all[i]));
         for (first, len) in [(0, 4), (4, 4), (8, 2)] {
             let [mut x, mut y, mut z] = [vec![0.0; len], vec![0.0; len], vec![0.0; len]];
-            NodalLoad::add(&loads, f64::MAX, n, first, [&mut x, &mut y, &mut z]);
+            NodalLoad::add(&loads, 0.0, n, first, [&mut x, &mut y, &mut z]);
             assert_eq!((&x[..], &y[..]), (&whole[first..first + len], &whole[n + first..n + first + len]));
             assert_eq!(z[..], whole[2 * n + first..2 * n + first + len]);
         }

@@ -305,7 +305,7 @@ impl Solid {
         self.fixed.zero(y, n);
     }
 
-    /// The sum of all loads at time `t`, component by component; `f64::MAX` for loads at full ramp.
+    /// The sum of all loads at time `t`, component by component.
     pub fn load_at(&self, t: f64) -> Vec<f64> {
         let mut load = vec![0.0; 3 * self.len()];
         NodalLoad::sum(&self.loads, t, &mut load);

@@ -93,7 +93,7 @@ impl<'a> Newton<'a> {
     pub fn impose(&self, share: f64, u: &mut [f64]) {
         let n = self.solid.len();
         for p in &self.solid.fixed.particles {
-            let moved = p.motion.map_or_else(Default::default, |m| m.displacement(self.t) * share);
+            let moved = p.motion.as_ref().map_or_else(Default::default, |m| m.displacement(self.t) * share);
             for i in (0..3).filter(|&i| p.fix[i]) {
                 u[i * n + p.particle] = moved[i];
             }

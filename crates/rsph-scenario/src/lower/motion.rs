@@ -11,7 +11,7 @@ use rsph_core::fluid::{Acoustic, Burgers, FluidLaw};
 use rsph_core::kernel::RemeshKernel;
 use rsph_core::material::Material;
 use rsph_core::setup::{
-    InteractionSetting, Mechanics, Prescription, Ramp, Remesh, RemeshTrigger, SolidSetup, VectorField,
+    Curve, InteractionSetting, Mechanics, Prescription, Remesh, RemeshTrigger, SolidSetup, VectorField,
 };
 use rsph_core::tensor::{Mat3, Vec3};
 use std::sync::Arc;
@@ -66,10 +66,13 @@ fn solid(doc: &Document, tables: &Scenario) -> Result<SolidSetup, ScenarioError>
     };
     let material: Arc<dyn Material> = table.build(doc)?;
     let boundaries = parts::boundaries(doc, &tables.boundary)?;
+    if tables.solver.mode == ModeName::Dynamic && tables.initial.displacement.is_none() {
+        parts::refuse_jumps(doc, &boundaries)?;
+    }
     let mut loads = parts::loads(doc, &tables.load)?;
     if tables.solver.mode == ModeName::Static && tables.solver.steps > 1 {
-        for load in loads.iter_mut().filter(|l| l.ramp == Ramp::default()) {
-            load.ramp.to = tables.time.until;
+        for load in loads.iter_mut().filter(|l| l.curve == Curve::default()) {
+            load.curve = Curve::ramp(0.0, tables.time.until);
         }
     }
     Ok(SolidSetup { material, boundaries, loads })

@@ -54,7 +54,7 @@ pub enum BoundaryKind {
 }
 
 /// A motion in time.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum MotionTable {
     /// Moves by `displacement` between two times, then rests.
@@ -67,6 +67,21 @@ pub enum MotionTable {
         /// End (s), after `from`.
         to: f64,
     },
+    /// Moves by `displacement` times a curve through points.
+    Curve {
+        /// Displacement where the curve is 1 (m).
+        displacement: [f64; 3],
+        /// Times of the points (s), ascending.
+        time: Vec<f64>,
+        /// Factors at these times.
+        value: Vec<f64>,
+        /// How it goes from one point to the next. Default: "linear".
+        #[serde(default)]
+        kind: CurveKindName,
+        /// Whether what it does between the first and the last time repeats for ever. Default: it is constant outside.
+        #[serde(default)]
+        periodic: bool,
+    },
     /// `amplitude sin(2 pi frequency t)`.
     Oscillation {
         /// Amplitude of the displacement (m).
@@ -74,6 +89,35 @@ pub enum MotionTable {
         /// Frequency (Hz).
         frequency: f64,
     },
+}
+
+/// How a curve goes from one of its points to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CurveKindName {
+    /// Along a straight line.
+    #[default]
+    Linear,
+    /// Not at all: it keeps the value of a point until the time of the next one.
+    Step,
+    /// By monotone cubics, with a continuous rate.
+    Smooth,
+}
+
+/// A factor in time by points; constant before the first and after the last of them, or periodic.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CurveTable {
+    /// Times of the points (s), ascending.
+    pub time: Vec<f64>,
+    /// Factors at these times.
+    pub value: Vec<f64>,
+    /// How it goes from one point to the next. Default: "linear".
+    #[serde(default)]
+    pub kind: CurveKindName,
+    /// Whether what it does between the first and the last time repeats for ever. Default: it is constant outside.
+    #[serde(default)]
+    pub periodic: bool,
 }
 
 /// A factor that grows linearly from 0 to 1 between two times; a step if they are equal.
@@ -114,9 +158,10 @@ pub struct LoadTable {
     pub radius: Option<f64>,
     /// Direction of the push, for kind "patch"; acts on the surface that faces against it.
     pub direction: Option<[f64; 3]>,
-    /// Its course in time. Default: at full strength from the start.
-    #[serde(default)]
-    pub ramp: RampTable,
+    /// Its course in time: it grows. Default: at full strength from the start.
+    pub ramp: Option<RampTable>,
+    /// Its course in time by points, in the place of `ramp`.
+    pub curve: Option<CurveTable>,
 }
 
 /// A kind of load.

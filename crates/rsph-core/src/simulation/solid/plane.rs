@@ -40,7 +40,7 @@ pub(super) fn check(setup: &Setup<SolidSetup>) -> Result<(), InvalidInput> {
                 "hold it at a plane across x or y",
             ));
         }
-        if boundary.motion.is_some_and(|motion| motion.moves_along(2)) {
+        if boundary.motion.as_ref().is_some_and(|motion| motion.moves_along(2)) {
             return Err(across(format!("boundary[{i}].motion")));
         }
     }

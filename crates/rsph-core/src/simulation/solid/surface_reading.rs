@@ -15,7 +15,7 @@ use crate::material::{FiniteStrain, Law, Material, Stiffness};
 use crate::mesh::TriangleMesh;
 use crate::mls::{Cloud, GradientFit};
 use crate::neighbors::CellList;
-use crate::setup::{Load, Ramp, Setup, SolidSetup};
+use crate::setup::{Curve, Load, Setup, SolidSetup};
 use crate::shape::Shape;
 use crate::surface::VertexStrain;
 use crate::tensor::{Mat3, SymTensor, Vec3};
@@ -131,11 +131,13 @@ impl SurfaceReading {
     ) -> Vec<VertexStrain> {
         let relaxation_time = loading.material.relaxation_time();
         let tractions = Tractions::new(loading);
+        let at_present = tractions.factors(|curve| curve.at(t));
+        let relaxed = tractions.factors(|curve| self.relaxed_factor(curve, t, relaxation_time));
         let law = loading.material.law();
         let read = |(i, (vertex, fit)): (usize, (&Vertex, &GradientFit))| {
             let is_pushed = !pushed.is_empty() && cloud.rests_on(fit, pushed);
             let free = if is_pushed { Mat3::zeros() } else { vertex.free };
-            let now = tractions.at(vertex, |ramp| ramp.at(t));
+            let now = tractions.at(vertex, &at_present);
             let stiffness = match law {
                 Law::Linear(stiffness) => stiffness,
                 Law::FiniteStrain(finite) => {
@@ -154,7 +156,7 @@ impl SurfaceReading {
             };
             let strain_of =
                 |g: Mat3, traction: Vec3| with_traction(&stiffness, (&vertex.normal, &free), &g, &traction);
-            let settled = self.relaxed(i, vertex, &tractions, t, relaxation_time);
+            let settled = self.left(i, t, relaxation_time) + tractions.at(vertex, &relaxed);
             let strain = strain_of(cloud.gradient(fit, &u), settled);
             let stress = if relaxation_time > 0.0 {
                 stiffness.stress(strain_of(cloud.gradient(fit, &effective), now))
@@ -188,40 +190,49 @@ impl SurfaceReading {
         }
         let relaxation_time = if at_rest { 0.0 } else { loading.material.relaxation_time() };
         let tractions = Tractions::new(loading);
-        let each = |(i, vertex): (usize, &Vertex)| self.relaxed(i, vertex, &tractions, t, relaxation_time);
+        let relaxed = tractions.factors(|curve| self.relaxed_factor(curve, t, relaxation_time));
+        let each =
+            |(i, vertex): (usize, &Vertex)| self.left(i, t, relaxation_time) + tractions.at(vertex, &relaxed);
         let traction = self.vertices.par_iter().enumerate().map(each).collect();
         self.settled = Settled { time: t, traction };
     }
 
-    /// C e n of vertex `i` at time `t`.
-    fn relaxed(&self, i: usize, vertex: &Vertex, tractions: &Tractions<'_>, t: f64, relaxation: f64) -> Vec3 {
-        if relaxation <= 0.0 {
-            return tractions.at(vertex, |ramp| ramp.at(t));
-        }
+    /// What a traction at factor 1 has made of C e n up to time `t`, from nothing at the settled time.
+    fn relaxed_factor(&self, curve: &Curve, t: f64, relaxation: f64) -> f64 {
+        if relaxation > 0.0 { curve.relaxed(self.settled.time, t, relaxation) } else { curve.at(t) }
+    }
+
+    /// What is left at time `t` of the settled C e n of vertex `i`.
+    fn left(&self, i: usize, t: f64, relaxation: f64) -> Vec3 {
         let Settled { time, traction } = &self.settled;
-        let before = traction.get(i).copied().unwrap_or_default() * ((time - t) / relaxation).exp();
-        before + tractions.at(vertex, |ramp| relaxed_factor(ramp, *time, t, relaxation))
+        let factor = if relaxation > 0.0 { ((time - t) / relaxation).exp() } else { 0.0 };
+        traction.get(i).copied().unwrap_or_default() * factor
     }
 }
 
-/// The loads on a surface at factor 1, with their ramps.
+/// The loads on a surface at factor 1, with their curves.
 struct Tractions<'a> {
-    loads: Vec<(SurfaceTraction<'a>, &'a Ramp)>,
+    loads: Vec<(SurfaceTraction<'a>, &'a Curve)>,
     tolerance: f64,
 }
 
 impl<'a> Tractions<'a> {
     fn new(loading: &Loading<'a>) -> Self {
-        let of = |load: &'a Load| (SurfaceTraction::new(&load.kind, loading.surface), &load.ramp);
+        let of = |load: &'a Load| (SurfaceTraction::new(&load.kind, loading.surface), &load.curve);
         Self { loads: loading.loads.iter().map(of).collect(), tolerance: TOLERANCE * loading.spacing }
     }
 
-    /// The sum of all at a vertex, each times a factor.
-    fn at(&self, vertex: &Vertex, factor: impl Fn(&Ramp) -> f64) -> Vec3 {
-        let of = |(traction, ramp): &(SurfaceTraction<'_>, &Ramp)| {
-            traction.at(&vertex.x, &vertex.normal, self.tolerance) * factor(ramp)
+    /// What that makes of the curve of each.
+    fn factors(&self, factor: impl Fn(&Curve) -> f64) -> Vec<f64> {
+        self.loads.iter().map(|(_, curve)| factor(curve)).collect()
+    }
+
+    /// The sum of all at a vertex, each times its factor.
+    fn at(&self, vertex: &Vertex, factors: &[f64]) -> Vec3 {
+        let of = |((traction, _), factor): (&(SurfaceTraction<'_>, &Curve), &f64)| {
+            traction.at(&vertex.x, &vertex.normal, self.tolerance) * *factor
         };
-        self.loads.iter().map(of).sum()
+        self.loads.iter().zip(factors).map(of).sum()
     }
 }
 
@@ -284,47 +295,10 @@ fn with_nominal_traction(
     fit
 }
 
-/// s at time `to` with T ds/dt + s = the ramp's factor, from s = 0 at time `from`.
-fn relaxed_factor(ramp: &Ramp, from: f64, to: f64, relaxation: f64) -> f64 {
-    // Between corners the factor is a + b (t - t0), where s - (a + b (t - t0) - b T) decays.
-    let mut corners = [from, ramp.from.clamp(from, to), ramp.to.clamp(from, to), to];
-    corners.sort_by(f64::total_cmp);
-    corners.windows(2).fold(0.0, |s, ends| {
-        let (start, end) = (ends[0], ends[1]);
-        if end <= start {
-            return s;
-        }
-        let slope = ramp.rate(0.5 * (start + end));
-        let middle = ramp.at(0.5 * (start + end));
-        let steady = |t: f64| middle + slope * (t - 0.5 * (start + end) - relaxation);
-        steady(end) + (s - steady(start)) * (-(end - start) / relaxation).exp()
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::material::{KelvinVoigt, NeoHookean};
-
-    #[test]
-    fn a_relaxed_factor_solves_its_equation() {
-        let relaxation = 0.2;
-        for ramp in [Ramp { from: 0.1, to: 0.4 }, Ramp { from: 0.3, to: 0.3 }, Ramp { from: -0.2, to: 0.1 }] {
-            let (steps, end) = (100_000, 0.9);
-            let dt = end / f64::from(steps);
-            let mut s = 0.0;
-            for k in 0..steps {
-                let t = (f64::from(k) + 0.5) * dt;
-                s += dt / relaxation * (ramp.at(t) - s);
-            }
-            let found = relaxed_factor(&ramp, 0.0, end, relaxation);
-            assert!((found - s).abs() < 1e-4, "{ramp:?}: {found} {s}");
-            // In two pieces, the first of which decays.
-            let first = relaxed_factor(&ramp, 0.0, 0.25, relaxation) * (-(end - 0.25) / relaxation).exp();
-            let pieces = first + relaxed_factor(&ramp, 0.25, end, relaxation);
-            assert!((found - pieces).abs() < 1e-12);
-        }
-    }
 
     #[test]
     fn a_nominal_traction_is_met_at_large_strain_and_the_rest_stays() {
