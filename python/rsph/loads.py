@@ -22,6 +22,7 @@ __all__ = [
     "BodyForce",
     "Curve",
     "Custom",
+    "FollowerPressure",
     "Load",
     "Patch",
     "Points",
@@ -116,6 +117,24 @@ class Pressure(Load):
             "region": self.region._table,
             "pressure": self.pressure,
         }
+
+
+@dataclass(frozen=True, kw_only=True)
+class FollowerPressure(Pressure):
+    """A pressure that follows the deformed surface: against the normal and on the area that it has.
+
+    It needs a law for any strain. :class:`Pressure` is a dead load instead, with the normal and the
+    area of the undeformed surface.
+
+    Args:
+        region: where on the undeformed surface.
+        pressure: pressure (Pa); positive pushes inward.
+        ramp: times (s) between which it grows; by default it is there from the start.
+        curve: its factor in time, in the place of ``ramp``.
+    """
+
+    def _as_table(self) -> Table:
+        return super()._as_table() | {"kind": "follower_pressure"}
 
 
 @dataclass(frozen=True, kw_only=True)

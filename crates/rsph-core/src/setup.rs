@@ -158,6 +158,14 @@ pub enum LoadKind {
         /// Pressure, positive pushes inward.
         pressure: f64,
     },
+    /// A pressure (Pa) on the surface inside the region that follows its deformation: against the normal that it has, on the
+    /// area that it has; for laws of any strain.
+    FollowerPressure {
+        /// Where on the undeformed surface.
+        region: Region,
+        /// Pressure, positive pushes inward.
+        pressure: f64,
+    },
     /// f_ext of Eq. (2) per mass: an acceleration such as gravity (m/s^2), of the particles inside
     /// the region.
     BodyForce {
@@ -186,7 +194,9 @@ impl LoadKind {
         match self {
             Self::Traction { traction, .. } => traction.norm() == 0.0,
             Self::BodyForce { acceleration, .. } => acceleration.norm() == 0.0,
-            Self::Pressure { pressure, .. } | Self::Patch { pressure, .. } => *pressure == 0.0,
+            Self::Pressure { pressure, .. }
+            | Self::FollowerPressure { pressure, .. }
+            | Self::Patch { pressure, .. } => *pressure == 0.0,
         }
     }
 }

@@ -261,6 +261,7 @@ fn loads_on_a_curved_organ_keep_force_and_moment() {
         tolerance: 1e-3 * dx,
         boundary: liver.surface(),
         surface: &surface,
+        gradient_weights: None,
         faces: None,
     };
     let patch = LoadKind::Patch {

@@ -1,7 +1,8 @@
 //! Solids at finite strain, with and without remeshing: a cube, a plane block and a liver at rest against finite
-//! elements, columns that twist and bend, a disc and a ball that spin freely.
+//! elements, inflated walls against exact solutions, columns that twist and bend, a disc and a ball that spin freely.
 
 mod column;
+mod inflated;
 mod liver;
 mod plane;
 mod rest;
@@ -30,6 +31,7 @@ pub(super) fn run(quick: bool, _folder: &Path) -> Result<Vec<Row>, String> {
     if super::liver::is_there() {
         liver::rows(quick, &mut rows)?;
     }
+    inflated::walls(quick, &mut rows)?;
     rows.extend(plane::cook(quick)?);
     rows.extend(plane::beam(quick)?);
     rows.extend(column::column(quick)?);

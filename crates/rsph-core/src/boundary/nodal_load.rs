@@ -1,5 +1,7 @@
-//! What every load becomes: a force on each particle times a factor that depends on time.
+//! What every load becomes: a force on each particle, which may depend on the displacement, times a factor that depends on
+//! time.
 
+use super::follower::Follower;
 use crate::setup::Curve;
 use crate::tensor::Vec3;
 
@@ -18,6 +20,19 @@ enum Pattern {
     All(Vec<f64>),
     /// On some, in rising order: loads on the surface of a large body leave most particles alone.
     Some(Vec<(u32, Vec3)>),
+    /// On some, and they follow the deformed surface.
+    Following(Box<Follower>),
+}
+
+impl Pattern {
+    /// The forces on some particles, in rising order, where they are not on all.
+    fn some(&self) -> Result<&[(u32, Vec3)], &[f64]> {
+        match self {
+            Self::All(force) => Err(force),
+            Self::Some(some) => Ok(some),
+            Self::Following(follower) => Ok(follower.forces()),
+        }
+    }
 }
 
 impl NodalLoad {
@@ -35,6 +50,35 @@ impl NodalLoad {
             Pattern::All(force)
         };
         Self { pattern, curve }
+    }
+
+    /// A load that follows the deformed surface.
+    pub fn following(follower: Follower, curve: Curve) -> Self {
+        Self { pattern: Pattern::Following(Box::new(follower)), curve }
+    }
+
+    /// Whether any of the loads depends on the displacement.
+    pub fn any_follows(loads: &[Self]) -> bool {
+        loads.iter().any(|load| matches!(load.pattern, Pattern::Following(_)))
+    }
+
+    /// Takes the forces at the displacement u, component by component, of the loads that depend on it.
+    pub fn follow(loads: &mut [Self], u: &[f64]) {
+        followers(loads).for_each(|(follower, _)| follower.follow(u));
+    }
+
+    /// Takes the displacement u, where that share of the loads of time `t` acts, as the state of [`Self::add_tangent`];
+    /// without u there is none, and the tangent is zero.
+    pub fn linearise(loads: &mut [Self], t: f64, share: f64, u: Option<&[f64]>) {
+        followers(loads).for_each(|(follower, curve)| match u {
+            Some(u) => follower.linearise(share * curve.at(t), u),
+            None => follower.leave_out(),
+        });
+    }
+
+    /// Adds `scale` D x to y, with D the symmetric part of the derivative of the forces by the displacement.
+    pub fn add_tangent(loads: &mut [Self], scale: f64, x: &[f64], y: &mut [f64]) {
+        followers(loads).for_each(|(follower, _)| follower.tangent(scale, x, y));
     }
 
     /// Adds the loads at time `t` on the particles from `first` on to their `forces`, a list for each
@@ -58,15 +102,15 @@ impl NodalLoad {
             if factor == 0.0 {
                 continue;
             }
-            match &load.pattern {
-                Pattern::All(force) => {
+            match load.pattern.some() {
+                Err(force) => {
                     for (i, sum) in [&mut *x, &mut *y, &mut *z].into_iter().enumerate() {
                         for (sum, f) in sum.iter_mut().zip(&force[i * n + first..]) {
                             *sum += factor * f;
                         }
                     }
                 }
-                Pattern::Some(some) => {
+                Ok(some) => {
                     let from = some.partition_point(|(a, _)| (*a as usize) < here.start);
                     let inside = some[from..].iter().take_while(|(a, _)| (*a as usize) < here.end);
                     for (a, f) in inside {
@@ -100,9 +144,9 @@ impl NodalLoad {
     pub fn acting_on(loads: &[Self], n: usize) -> Vec<bool> {
         let mut marked = vec![false; if loads.is_empty() { 0 } else { n }];
         for load in loads {
-            match &load.pattern {
-                Pattern::All(force) => force.iter().enumerate().for_each(|(k, f)| marked[k % n] |= *f != 0.0),
-                Pattern::Some(some) => some.iter().for_each(|(a, _)| marked[*a as usize] = true),
+            match load.pattern.some() {
+                Err(force) => force.iter().enumerate().for_each(|(k, f)| marked[k % n] |= *f != 0.0),
+                Ok(some) => some.iter().for_each(|(a, _)| marked[*a as usize] = true),
             }
         }
         marked
@@ -110,14 +154,22 @@ impl NodalLoad {
 
     /// Total force at factor 1.
     pub fn total(&self) -> Vec3 {
-        match &self.pattern {
-            Pattern::All(force) => {
+        match self.pattern.some() {
+            Err(force) => {
                 let n = force.len() / 3;
                 Vec3::from_fn(|i, _| force[i * n..(i + 1) * n].iter().sum())
             }
-            Pattern::Some(some) => some.iter().map(|(_, f)| f).sum(),
+            Ok(some) => some.iter().map(|(_, f)| f).sum(),
         }
     }
+}
+
+/// The loads that depend on the displacement, with their curves.
+fn followers(loads: &mut [NodalLoad]) -> impl Iterator<Item = (&mut Follower, &Curve)> {
+    loads.iter_mut().filter_map(|load| match &mut load.pattern {
+        Pattern::Following(follower) => Some((&mut **follower, &load.curve)),
+        _ => None,
+    })
 }
 
 #[cfg(test)]

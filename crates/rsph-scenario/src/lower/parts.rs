@@ -210,6 +210,10 @@ fn load(doc: &Document, path: &KeyPath, table: &LoadTable) -> Result<Load, Scena
             region: surface()?,
             pressure: table.pressure.ok_or_else(|| need("pressure"))?,
         },
+        LoadKindName::FollowerPressure => LoadKind::FollowerPressure {
+            region: surface()?,
+            pressure: table.pressure.ok_or_else(|| need("pressure"))?,
+        },
         LoadKindName::BodyForce => LoadKind::BodyForce {
             region: table.region.as_ref().map_or(Ok(Region::All), region_there)?,
             acceleration: Vec3::from(table.acceleration.ok_or_else(|| need("acceleration"))?),
@@ -240,7 +244,7 @@ fn load(doc: &Document, path: &KeyPath, table: &LoadTable) -> Result<Load, Scena
 fn check_keys(doc: &Document, path: &KeyPath, t: &LoadTable) -> Result<(), ScenarioError> {
     let allowed: &[&str] = match t.kind {
         LoadKindName::Traction => &["region", "traction"],
-        LoadKindName::Pressure => &["region", "pressure"],
+        LoadKindName::Pressure | LoadKindName::FollowerPressure => &["region", "pressure"],
         LoadKindName::BodyForce => &["region", "acceleration"],
         LoadKindName::Patch => &["pressure", "centre", "radius", "direction"],
     };
@@ -270,6 +274,7 @@ fn kind_name(kind: LoadKindName) -> &'static str {
     match kind {
         LoadKindName::Traction => "traction",
         LoadKindName::Pressure => "pressure",
+        LoadKindName::FollowerPressure => "follower_pressure",
         LoadKindName::BodyForce => "body_force",
         LoadKindName::Patch => "patch",
     }

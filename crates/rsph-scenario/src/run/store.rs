@@ -119,6 +119,9 @@ fn size(load: &Load) -> Parameter {
     match &load.kind {
         LoadKind::Traction { traction, .. } => Parameter::number("traction", traction.norm(), "Pa"),
         LoadKind::Pressure { pressure, .. } => Parameter::number("pressure", *pressure, "Pa"),
+        LoadKind::FollowerPressure { pressure, .. } => {
+            Parameter::number("pressure that follows the surface", *pressure, "Pa")
+        }
         LoadKind::BodyForce { acceleration, .. } => {
             Parameter::number("body force per mass", acceleration.norm(), "m/s^2")
         }

@@ -136,7 +136,7 @@ pub struct RampTable {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = [
     {"if": {"properties": {"kind": {"const": "traction"}}}, "then": {"required": ["region", "traction"]}},
-    {"if": {"properties": {"kind": {"const": "pressure"}}}, "then": {"required": ["region", "pressure"]}},
+    {"if": {"properties": {"kind": {"enum": ["pressure", "follower_pressure"]}}}, "then": {"required": ["region", "pressure"]}},
     {"if": {"properties": {"kind": {"const": "body_force"}}}, "then": {"required": ["acceleration"]}},
     {"if": {"properties": {"kind": {"const": "patch"}}},
      "then": {"required": ["pressure", "centre", "direction"], "properties": {"region": false}}},
@@ -144,11 +144,11 @@ pub struct RampTable {
 pub struct LoadTable {
     /// What kind of load.
     pub kind: LoadKindName,
-    /// Where on the surface (traction, pressure) or in the body (body_force; default: everywhere).
+    /// Where on the surface (traction, pressure, follower_pressure) or in the body (body_force; default: everywhere).
     pub region: Option<RegionTable>,
     /// Force per area (Pa), for kind "traction".
     pub traction: Option<[f64; 3]>,
-    /// Pressure (Pa), positive pushes inward, for kind "pressure"; the peak, for kind "patch".
+    /// Pressure (Pa), positive pushes inward, for kinds "pressure" and "follower_pressure"; the peak, for kind "patch".
     pub pressure: Option<f64>,
     /// Force per mass (m/s^2), such as gravity, for kind "body_force".
     pub acceleration: Option<[f64; 3]>,
@@ -170,8 +170,10 @@ pub struct LoadTable {
 pub enum LoadKindName {
     /// A force per area on part of the surface.
     Traction,
-    /// A pressure against the outward normal of part of the surface.
+    /// A pressure against the outward normal of part of the surface, as it is undeformed.
     Pressure,
+    /// A pressure that follows the deformed surface: against the normal that it has, on the area that it has.
+    FollowerPressure,
     /// A force per mass, such as gravity.
     BodyForce,
     /// A smeared local push: `pressure exp(-d^2/radius^2) direction`.

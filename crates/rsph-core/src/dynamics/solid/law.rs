@@ -5,6 +5,7 @@ use super::Solid;
 use super::correction::{GENERAL, SYMMETRIC};
 use super::stress::{Change, Hooke, PositiveChange, State, Total};
 use crate::boundary::force_sums::ForceSums;
+use crate::boundary::nodal_load::NodalLoad;
 use crate::dynamics::Scales;
 use crate::material::{FiniteStrain, Material};
 use crate::ops::PAIR_COMPONENTS;
@@ -111,6 +112,7 @@ impl Solid {
         if self.linear {
             return;
         }
+        NodalLoad::linearise(&mut self.loads, t, share, Some(u));
         self.spread_share(t, share, u);
         let mut state = std::mem::take(&mut self.work.state);
         let taken = taken.filter(|_| !state.values.is_empty());
@@ -138,13 +140,15 @@ impl Solid {
     }
 
     /// Replaces the tangent, until the next state, by the positive F^-T C : sym(F^-1 dF), C the stiffness of the undeformed
-    /// material: it turns with the body, knows its volume, and leaves the stress out; or takes this back.
+    /// material: it turns with the body, knows its volume, and leaves the stress and loads that follow the surface out; or takes
+    /// this back.
     pub fn make_tangent_positive(&mut self, positive: bool) {
         self.work.state.is_positive = positive;
     }
 
     /// Takes the undeformed body as the state about which [`Solid::apply`] is the tangent.
     pub fn linearise_undeformed(&mut self) {
+        NodalLoad::linearise(&mut self.loads, 0.0, 1.0, None);
         self.work.state = State::default();
     }
 
@@ -252,7 +256,9 @@ impl Solid {
             self.adjoint_sweep();
             self.take_forces(&mut force);
         }
-        force.iter_mut().zip(self.load_at(t)).for_each(|(force, load)| *force += load);
+        let mut load = vec![0.0; u.len()];
+        self.load_at(t, u, &mut load);
+        force.iter_mut().zip(load).for_each(|(force, load)| *force += load);
         let n = self.len();
         let mut reactions = self.lift.reactions();
         for p in &self.fixed.particles {

@@ -49,7 +49,7 @@ pub(super) fn check(setup: &Setup<SolidSetup>) -> Result<(), InvalidInput> {
             LoadKind::Traction { traction, .. } => ("traction", traction),
             LoadKind::BodyForce { acceleration, .. } => ("acceleration", acceleration),
             LoadKind::Patch { direction, .. } => ("direction", direction),
-            LoadKind::Pressure { .. } => continue,
+            LoadKind::Pressure { .. } | LoadKind::FollowerPressure { .. } => continue,
         };
         if vector.z != 0.0 {
             return Err(across(format!("load[{i}].{key}")));

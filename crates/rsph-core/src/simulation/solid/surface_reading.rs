@@ -137,7 +137,7 @@ impl SurfaceReading {
         let read = |(i, (vertex, fit)): (usize, (&Vertex, &GradientFit))| {
             let is_pushed = !pushed.is_empty() && cloud.rests_on(fit, pushed);
             let free = if is_pushed { Mat3::zeros() } else { vertex.free };
-            let now = tractions.at(vertex, &at_present);
+            let now = |f: &Mat3| tractions.at(vertex, &at_present, f);
             let stiffness = match law {
                 Law::Linear(stiffness) => stiffness,
                 Law::FiniteStrain(finite) => {
@@ -147,7 +147,9 @@ impl SurfaceReading {
                     } else {
                         Mat3::zeros()
                     };
-                    let f = with_nominal_traction(finite, (&vertex.normal, &free), &g, &rate, &now);
+                    // The area that a fit gives the surface stays, whatever changes across it.
+                    let traction = now(&(Mat3::identity() + g));
+                    let f = with_nominal_traction(finite, (&vertex.normal, &free), &g, &rate, &traction);
                     let (strain, stress) = law.measures(relaxation_time, &(f - Mat3::identity()), &rate);
                     let turned = f.try_inverse().map(|inverse| inverse.transpose() * vertex.normal);
                     let normal = turned.map_or(vertex.normal, |n| n.normalize());
@@ -156,10 +158,11 @@ impl SurfaceReading {
             };
             let strain_of =
                 |g: Mat3, traction: Vec3| with_traction(&stiffness, (&vertex.normal, &free), &g, &traction);
-            let settled = self.left(i, t, relaxation_time) + tractions.at(vertex, &relaxed);
+            let settled =
+                self.left(i, t, relaxation_time) + tractions.at(vertex, &relaxed, &Mat3::identity());
             let strain = strain_of(cloud.gradient(fit, &u), settled);
             let stress = if relaxation_time > 0.0 {
-                stiffness.stress(strain_of(cloud.gradient(fit, &effective), now))
+                stiffness.stress(strain_of(cloud.gradient(fit, &effective), now(&Mat3::identity())))
             } else {
                 stiffness.stress(strain)
             };
@@ -191,8 +194,9 @@ impl SurfaceReading {
         let relaxation_time = if at_rest { 0.0 } else { loading.material.relaxation_time() };
         let tractions = Tractions::new(loading);
         let relaxed = tractions.factors(|curve| self.relaxed_factor(curve, t, relaxation_time));
-        let each =
-            |(i, vertex): (usize, &Vertex)| self.left(i, t, relaxation_time) + tractions.at(vertex, &relaxed);
+        let each = |(i, vertex): (usize, &Vertex)| {
+            self.left(i, t, relaxation_time) + tractions.at(vertex, &relaxed, &Mat3::identity())
+        };
         let traction = self.vertices.par_iter().enumerate().map(each).collect();
         self.settled = Settled { time: t, traction };
     }
@@ -227,10 +231,10 @@ impl<'a> Tractions<'a> {
         self.loads.iter().map(|(_, curve)| factor(curve)).collect()
     }
 
-    /// The sum of all at a vertex, each times its factor.
-    fn at(&self, vertex: &Vertex, factors: &[f64]) -> Vec3 {
+    /// The sum of all at a vertex with the deformation gradient `f`, each times its factor.
+    fn at(&self, vertex: &Vertex, factors: &[f64], f: &Mat3) -> Vec3 {
         let of = |((traction, _), factor): (&(SurfaceTraction<'_>, &Curve), &f64)| {
-            traction.at(&vertex.x, &vertex.normal, self.tolerance) * *factor
+            traction.at(&vertex.x, &vertex.normal, f, self.tolerance) * *factor
         };
         self.loads.iter().zip(factors).map(of).sum()
     }
