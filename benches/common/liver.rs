@@ -4,7 +4,7 @@ use rsph_core::material::KelvinVoigt;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Fix, Integration, Load, LoadKind, PatchCentre, Ramp, Scheme, Setup, SolidSetup, Solver,
+    Boundary, Curve, Fix, Integration, Load, LoadKind, PatchCentre, Scheme, Setup, SolidSetup, Solver,
     TimeStep,
 };
 use rsph_core::shape::organ;
@@ -49,6 +49,6 @@ pub fn press(frame: u32, pressure: f64) -> Load {
             radius: Some(0.037),
             direction: -Vec3::y(),
         },
-        ramp: Ramp::default(),
+        curve: Curve::default(),
     }
 }

@@ -10,7 +10,7 @@ use rsph_core::material::{KelvinVoigt, Material, NeoHookean};
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Fix, Integration, Load, LoadKind, Ramp, Remesh, RemeshTrigger, Scheme, Setup, SolidSetup,
+    Boundary, Curve, Fix, Integration, Load, LoadKind, Remesh, RemeshTrigger, Scheme, Setup, SolidSetup,
     Solver, Units,
 };
 use rsph_core::shape::BoxShape;
@@ -52,7 +52,7 @@ fn cube_of(n: usize, solver: Solver, material: Arc<dyn Material>, remesh: Remesh
                 }],
                 loads: vec![Load {
                     kind: LoadKind::Traction { region: face(1.0, Side::Above), traction: Vec3::z() },
-                    ramp: Ramp::default(),
+                    curve: Curve::default(),
                 }],
                 ..SolidSetup::new(material)
             },

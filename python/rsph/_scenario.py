@@ -106,6 +106,31 @@ def ramp(key: str, value: object) -> Table:
     return {"from": start, "to": end}
 
 
+def curve(
+    key: str,
+    time: object,
+    value: object,
+    kind: str,
+    periodic: bool,
+) -> Table:
+    """The table of a curve through points."""
+    lists: Table = {}
+    for name, numbers in (("time", time), ("value", value)):
+        try:
+            array = np.asarray(numbers, dtype=np.float64)
+        except (TypeError, ValueError):
+            array = np.empty((0, 0))
+        if array.ndim != 1:
+            raise InputError(
+                f"`{key}.{name}` = {numbers!r}: needs a list of numbers",
+                key=f"{key}.{name}",
+                value=repr(numbers),
+                remedy="give as many times as values",
+            )
+        lists[name] = array.tolist()
+    return lists | {"kind": kind, "periodic": periodic}
+
+
 def without_none(**table: Any) -> Table:
     """The entries that are given."""
     return {key: value for key, value in table.items() if value is not None}

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from rsph._scenario import Table, Vector, check, vector, without_none
+from rsph.loads import Curve
 from rsph.regions import Region
 
-__all__ = ["Boundary", "Clamp", "Oscillation", "Prescribed", "RampTo"]
+__all__ = ["Boundary", "Clamp", "Follow", "Oscillation", "Prescribed", "RampTo"]
 
 Component: TypeAlias = Literal["x", "y", "z", "normal"]
 
@@ -81,6 +82,28 @@ class RampTo:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Follow:
+    """Moves by ``displacement`` (m, shape (3,)) times a curve.
+
+    >>> from rsph.loads import Curve
+    >>> there_and_back = Curve(time=[0.0, 1.0, 2.0], value=[0.0, 1.0, 0.0])
+    >>> motion = Follow(displacement=(0.0, 0.0, 0.01), curve=there_and_back)
+
+    Args:
+        displacement: displacement where the curve is 1 (m), shape (3,).
+        curve: its factor in time; without jumps and from 0, unless the solver is static.
+    """
+
+    displacement: Vector
+    curve: Curve
+
+    def _as_table(self) -> Table:
+        displacement = vector("boundary.motion.curve.displacement", self.displacement)
+        table = self.curve._table("boundary.motion.curve")
+        return {"curve": table | {"displacement": displacement}}
+
+
+@dataclass(frozen=True, kw_only=True)
 class Oscillation:
     """Moves by ``amplitude sin(2 pi frequency t)``.
 
@@ -104,10 +127,10 @@ class Prescribed(Boundary):
     Args:
         region: as for every boundary.
         fix: as for every boundary.
-        motion: a :class:`RampTo` or an :class:`Oscillation`.
+        motion: a :class:`RampTo`, a :class:`Follow` or an :class:`Oscillation`.
     """
 
-    motion: RampTo | Oscillation
+    motion: RampTo | Follow | Oscillation
 
     def _as_table(self) -> Table:
         table = super()._as_table() | {"kind": "prescribed"}

@@ -1,7 +1,8 @@
 """What pushes or pulls the body.
 
 Every load but :class:`Custom` has a ``ramp`` (from, to) in seconds: it grows from 0 at ``from`` to
-all of it at ``to``; equal times switch it on at once.
+all of it at ``to``; equal times switch it on at once. Or it has a :class:`Curve`, which may come in
+its place.
 """
 
 from __future__ import annotations
@@ -13,26 +14,65 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from rsph._scenario import Table, Vector, check, ramp, vector, without_none
+from rsph._scenario import Table, Vector, check, curve, ramp, vector, without_none
 from rsph.errors import InputError
 from rsph.regions import Region, everywhere
 
-__all__ = ["BodyForce", "Custom", "Load", "Patch", "Points", "Pressure", "Traction"]
+__all__ = [
+    "BodyForce",
+    "Curve",
+    "Custom",
+    "FollowerPressure",
+    "Load",
+    "Patch",
+    "Points",
+    "Pressure",
+    "Traction",
+]
 
 Array: TypeAlias = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Curve:
+    """The factor of a load in time, by points.
+
+    >>> beat = Curve(time=[0.0, 0.3, 0.8], value=[0.0, 1.0, 0.0], kind="smooth", periodic=True)
+
+    Args:
+        time: times of the points (s), ascending.
+        value: factors at these times.
+        kind: from one point to the next along a straight line (``"linear"``), not at all until the
+            time of the next one (``"step"``), or by monotone cubics with a continuous rate
+            (``"smooth"``).
+        periodic: whether what it does between the first and the last time repeats for ever;
+            otherwise it is constant outside.
+    """
+
+    time: npt.ArrayLike
+    value: npt.ArrayLike
+    kind: Literal["linear", "step", "smooth"] = "linear"
+    periodic: bool = False
+
+    def _table(self, key: str) -> Table:
+        return curve(key, self.time, self.value, self.kind, self.periodic)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Load:
     """A load; use one of the others of this module."""
 
-    ramp: tuple[float, float] = (0.0, 0.0)
+    ramp: tuple[float, float] | None = None
+    curve: Curve | None = None
 
     def __post_init__(self) -> None:
         check("load", load=[self._as_table()])
 
     def _as_table(self) -> Table:
-        return {"ramp": ramp("load.ramp", self.ramp)}
+        return without_none(
+            ramp=None if self.ramp is None else ramp("load.ramp", self.ramp),
+            curve=None if self.curve is None else self.curve._table("load.curve"),
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +82,8 @@ class Traction(Load):
     Args:
         region: where on the surface.
         traction: force per area (Pa), shape (3,).
-        ramp: times (s) between which it grows.
+        ramp: times (s) between which it grows; by default it is there from the start.
+        curve: its factor in time, in the place of ``ramp``.
     """
 
     region: Region
@@ -63,7 +104,8 @@ class Pressure(Load):
     Args:
         region: where on the surface.
         pressure: pressure (Pa); positive pushes inward.
-        ramp: times (s) between which it grows.
+        ramp: times (s) between which it grows; by default it is there from the start.
+        curve: its factor in time, in the place of ``ramp``.
     """
 
     region: Region
@@ -78,13 +120,32 @@ class Pressure(Load):
 
 
 @dataclass(frozen=True, kw_only=True)
+class FollowerPressure(Pressure):
+    """A pressure that follows the deformed surface: against the normal and on the area that it has.
+
+    It needs a law for any strain. :class:`Pressure` is a dead load instead, with the normal and the
+    area of the undeformed surface.
+
+    Args:
+        region: where on the undeformed surface.
+        pressure: pressure (Pa); positive pushes inward.
+        ramp: times (s) between which it grows; by default it is there from the start.
+        curve: its factor in time, in the place of ``ramp``.
+    """
+
+    def _as_table(self) -> Table:
+        return super()._as_table() | {"kind": "follower_pressure"}
+
+
+@dataclass(frozen=True, kw_only=True)
 class BodyForce(Load):
     """A force per mass, such as gravity.
 
     Args:
         acceleration: force per mass (m/s^2), shape (3,).
         region: which part of the body, by default all of it.
-        ramp: times (s) between which it grows.
+        ramp: times (s) between which it grows; by default it is there from the start.
+        curve: its factor in time, in the place of ``ramp``.
     """
 
     acceleration: Vector
@@ -110,7 +171,8 @@ class Patch(Load):
             right part of an organ.
         direction: direction of the push, of any length, shape (3,).
         radius: radius (m); by default 0.15 of the body's extent in x.
-        ramp: times (s) between which it grows.
+        ramp: times (s) between which it grows; by default it is there from the start.
+        curve: its factor in time, in the place of ``ramp``.
     """
 
     pressure: float

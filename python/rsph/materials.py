@@ -111,8 +111,8 @@ class Material:
 class Part:
     """A material in a part of a body, for a body of several: ``material=[parenchyma, Part(...)]``.
 
-    Each part lies over those before it in the list. Where two materials meet, the stress of a particle is
-    that of a laminate of both, so that the interface may lie anywhere between particles.
+    Each part lies over those before it in the list. Where two materials meet, the stress of a
+    particle is that of a laminate of both, so that the interface may lie anywhere between particles.
 
     Attributes:
         material: of what.
@@ -120,8 +120,8 @@ class Part:
         region: where, a region of :mod:`rsph.regions`; either this or ``shape``, or neither for the
             rest of the body.
         shape: where, as a closed shape of :mod:`rsph.shapes` such as the mesh of a tumour.
-        modulus: Young's modulus at small strain as a field to which the law is scaled: a function of
-            positions, shape (N, 3), that returns N moduli (Pa), or a table
+        modulus: Young's modulus at small strain as a field to which the law is scaled: a function
+            of positions, shape (N, 3), that returns N moduli (Pa), or a table
             ``{"path": "elastography.nii.gz", "factor": 1000.0}`` of an image as in a scenario.
     """
 

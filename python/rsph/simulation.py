@@ -116,8 +116,8 @@ class Simulation:
         shape: the body, or the :class:`rsph.Particles` of one, whose spacing is taken.
         spacing: distance between particles (m); either this or ``particles``.
         particles: number of particles (about); the spacing is found from it.
-        material: what the body is made of; a list of a material and :class:`rsph.materials.Part` s for
-            a body of several.
+        material: what the body is made of; for a body of several materials a list of them, with
+            :class:`rsph.materials.Part` saying where each is.
         boundaries: parts that are held or moved.
         loads: what pushes or pulls; at most one of them a :class:`rsph.loads.Custom`.
         probes: named readings, for :meth:`probes` and the history.
@@ -428,7 +428,8 @@ class Simulation:
             name: of the part of a body of several materials that it is for; by default the first.
 
         Raises:
-            InputError: it is of another density or kind, there is no part of that name, or a given time step is too long for it.
+            InputError: it is of another density or kind, there is no part of that name, or a given
+                time step is too long for it.
         """
         _check_types(material, Material, "material", "a material of rsph.materials")
         self._core.set_material(scenario(material=material._as_table()), name)

@@ -32,6 +32,21 @@ CASES = {
     ),
     "load.ramp": lambda: loads.BodyForce(acceleration=(0, 0, 1), ramp=3.0),
     "load.ramp.to": lambda: loads.BodyForce(acceleration=(0, 0, 1), ramp=(1, 0)),
+    "load.curve.time": lambda: loads.BodyForce(
+        acceleration=(0, 0, 1), curve=loads.Curve(time=[0, 1, 1], value=[0, 1, 2])
+    ),
+    "load.curve.value": lambda: loads.BodyForce(
+        acceleration=(0, 0, 1), curve=loads.Curve(time=[0, 1], value="up")
+    ),
+    "load.curve": lambda: loads.BodyForce(
+        acceleration=(0, 0, 1), ramp=(0, 1), curve=loads.Curve(time=[0, 1], value=[0, 1])
+    ),
+    "boundary.motion.curve.time": lambda: boundaries.Prescribed(
+        region=BOTTOM,
+        motion=boundaries.Follow(
+            displacement=(0, 0, 1), curve=loads.Curve(time=[0.0], value=[1.0])
+        ),
+    ),
     "load.traction": lambda: loads.Traction(region=BOTTOM, traction="up"),
     "load.radius": lambda: loads.Patch(pressure=1, centre=(0, 0, 0), direction=(0, 1, 0), radius=0),
     "probe.quantity": lambda: rsph.Probe(name="p", quantity="displacment", region=BOTTOM),

@@ -5,7 +5,7 @@ use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{SolidSetup, Fix, 
-    Boundary, Initial, Integration, Load, LoadKind, Mechanics, PatchCentre, Ramp, Remesh, Scheme, Setup,
+    Boundary, Initial, Integration, Load, LoadKind, Mechanics, PatchCentre, Curve, Remesh, Scheme, Setup,
     Solver, TimeStep, Units,
 };
 use rsph_core::shape::organ;
@@ -56,6 +56,6 @@ fn liver(particles: usize) -> Option<Simulation> {
         radius: Some(0.037),
         direction: -Vec3::y(),
     };
-    Simulation::new(Setup { solver: Solver::ACCURATE, integration: Integration { scheme: Scheme::Rk4, ..Integration::default() }, ..Setup::new(Arc::new(organ("liver").ok()?), Resolution::Particles(particles), SolidSetup { boundaries: vec![Boundary { name: None, region: held, fix: Fix::ALL, motion: None }], loads: vec![Load { kind: patch, ramp: Ramp::default() }], ..SolidSetup::new(Arc::new(KelvinVoigt::new(1000.0, 1e5, 0.3, 0.2).ok()?)) }) })
+    Simulation::new(Setup { solver: Solver::ACCURATE, integration: Integration { scheme: Scheme::Rk4, ..Integration::default() }, ..Setup::new(Arc::new(organ("liver").ok()?), Resolution::Particles(particles), SolidSetup { boundaries: vec![Boundary { name: None, region: held, fix: Fix::ALL, motion: None }], loads: vec![Load { kind: patch, curve: Curve::default() }], ..SolidSetup::new(Arc::new(KelvinVoigt::new(1000.0, 1e5, 0.3, 0.2).ok()?)) }) })
     .ok()
 }

@@ -393,6 +393,14 @@ impl Cloud<'_> {
         (fit.slopes * moments).transpose()
     }
 
+    /// The weights g of the particles in the gradient by the fit around `x`: that of a vector field f is sum f (x) g.
+    pub fn gradient_weights(&self, x: &Vec3) -> Vec<(u32, Vec3)> {
+        let fit = self.gradient_fit(x);
+        let mut weights = Vec::new();
+        self.visit_weights(&fit.centre, fit.h, |a, w, r| weights.push((a as u32, fit.slopes * cubic(r) * w)));
+        weights
+    }
+
     /// Whether `fit` rests on any particle that is marked.
     pub fn rests_on(&self, fit: &GradientFit, marked: &[bool]) -> bool {
         let mut any = false;

@@ -1,9 +1,11 @@
 //! Everything a simulation is made from, in the words of a scenario file.
 
+mod curve;
 mod interaction;
 mod materials;
 mod mechanics;
 
+pub use curve::{Between, Curve};
 pub use interaction::{Interaction, InteractionSetting};
 pub use materials::{MaterialPart, ModulusField, Place, PointwiseModulus, Within};
 pub use mechanics::{Mechanics, Prescription, Remesh, RemeshTrigger, STRAIN, SolidSetup};
@@ -26,33 +28,6 @@ pub enum Units {
     Normalised,
 }
 
-/// A factor that grows linearly from 0 at time `from` to 1 at time `to` (a step if they are equal).
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Ramp {
-    /// Start (s).
-    pub from: f64,
-    /// End (s), not before `from`.
-    pub to: f64,
-}
-
-impl Ramp {
-    /// The factor at time `t`; at a step the factor is 1 from `from` on.
-    pub fn at(&self, t: f64) -> f64 {
-        if t < self.from {
-            0.0
-        } else if t >= self.to {
-            1.0
-        } else {
-            (t - self.from) / (self.to - self.from)
-        }
-    }
-
-    /// Its rate of change at time `t` (1/s).
-    pub fn rate(&self, t: f64) -> f64 {
-        if t >= self.from && t < self.to { 1.0 / (self.to - self.from) } else { 0.0 }
-    }
-}
-
 /// Initial values.
 #[derive(Clone, Debug, Default)]
 pub struct Initial {
@@ -63,14 +38,14 @@ pub struct Initial {
 }
 
 /// How a prescribed part moves.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
-    /// Moves by `displacement` along a ramp, then rests.
-    Ramp {
-        /// Final displacement.
+    /// Moves by `displacement` times a curve.
+    Curve {
+        /// Displacement where the curve is 1.
         displacement: Vec3,
-        /// In what time.
-        ramp: Ramp,
+        /// Its course in time.
+        curve: Curve,
     },
     /// `amplitude sin(2 pi frequency t)`.
     Oscillation {
@@ -85,9 +60,20 @@ impl Motion {
     /// Displacement at time `t`.
     pub fn displacement(&self, t: f64) -> Vec3 {
         match self {
-            Self::Ramp { displacement, ramp } => displacement * ramp.at(t),
+            Self::Curve { displacement, curve } => displacement * curve.at(t),
             Self::Oscillation { amplitude, frequency } => {
                 amplitude * (std::f64::consts::TAU * frequency * t).sin()
+            }
+        }
+    }
+
+    /// The next moment after time `t` that a time step of about `dt` should not pass over.
+    pub fn moment_after(&self, t: f64, dt: f64) -> Option<f64> {
+        match self {
+            Self::Curve { curve, .. } => curve.moment_after(t, dt),
+            Self::Oscillation { frequency, .. } => {
+                let quarter = 0.25 / frequency;
+                (quarter < dt).then(|| ((t / quarter).floor() + 1.0) * quarter)
             }
         }
     }
@@ -95,14 +81,14 @@ impl Motion {
     /// Whether it has a component along that axis.
     pub fn moves_along(&self, axis: usize) -> bool {
         match self {
-            Self::Ramp { displacement: by, .. } | Self::Oscillation { amplitude: by, .. } => by[axis] != 0.0,
+            Self::Curve { displacement: by, .. } | Self::Oscillation { amplitude: by, .. } => by[axis] != 0.0,
         }
     }
 
     /// Velocity at time `t`.
     pub fn velocity(&self, t: f64) -> Vec3 {
         match self {
-            Self::Ramp { displacement, ramp } => displacement * ramp.rate(t),
+            Self::Curve { displacement, curve } => displacement * curve.rate(t),
             Self::Oscillation { amplitude, frequency } => {
                 let omega = std::f64::consts::TAU * frequency;
                 amplitude * (omega * (omega * t).cos())
@@ -190,6 +176,14 @@ pub enum LoadKind {
         /// Pressure, positive pushes inward.
         pressure: f64,
     },
+    /// A pressure (Pa) on the surface inside the region that follows its deformation: against the normal that it has, on the
+    /// area that it has; for laws of any strain.
+    FollowerPressure {
+        /// Where on the undeformed surface.
+        region: Region,
+        /// Pressure, positive pushes inward.
+        pressure: f64,
+    },
     /// f_ext of Eq. (2) per mass: an acceleration such as gravity (m/s^2), of the particles inside
     /// the region.
     BodyForce {
@@ -218,7 +212,9 @@ impl LoadKind {
         match self {
             Self::Traction { traction, .. } => traction.norm() == 0.0,
             Self::BodyForce { acceleration, .. } => acceleration.norm() == 0.0,
-            Self::Pressure { pressure, .. } | Self::Patch { pressure, .. } => *pressure == 0.0,
+            Self::Pressure { pressure, .. }
+            | Self::FollowerPressure { pressure, .. }
+            | Self::Patch { pressure, .. } => *pressure == 0.0,
         }
     }
 }
@@ -228,8 +224,8 @@ impl LoadKind {
 pub struct Load {
     /// What.
     pub kind: LoadKind,
-    /// When.
-    pub ramp: Ramp,
+    /// The factor that it has in time.
+    pub curve: Curve,
 }
 
 /// Which form of the equations of motion.

@@ -121,7 +121,7 @@ pub struct Description {
     pub volume: f64,
     /// Volume of the shape.
     pub shape_volume: f64,
-    /// Total force of the loads at full ramp.
+    /// Total force of the loads where the curves of all of them are 1.
     pub load: Vec3,
     /// Things the user should know (one sentence each).
     pub notes: Vec<String>,
@@ -162,6 +162,9 @@ struct Plan {
     steps: u64,
     done: u64,
 }
+
+/// Share of a time step that counts as none.
+const SAME: f64 = 1e-6;
 
 impl Plan {
     /// When step `k` ends.
@@ -271,7 +274,7 @@ impl Simulation {
         keep_going: &mut dyn FnMut(&mut Self) -> bool,
     ) -> Result<(), Failure> {
         loop {
-            let mut plan = self.plan_to(t);
+            let mut plan = self.plan_to(self.next_moment(t));
             if plan.done == plan.steps {
                 break;
             }
@@ -288,6 +291,12 @@ impl Simulation {
         self.check()
     }
 
+    /// The next moment up to `t` at which a step should end.
+    fn next_moment(&self, t: f64) -> f64 {
+        let from = self.time + 2.0 * SAME * self.dt;
+        self.setup.solid().and_then(|solid| solid.moment_after(from, self.dt)).map_or(t, |m| m.min(t))
+    }
+
     /// The plan of the steps up to `t`: the one that is being followed, even across a stop, until a remesh or a
     /// scheme that chooses its steps chooses another length.
     fn plan_to(&self, t: f64) -> Plan {
@@ -300,7 +309,7 @@ impl Simulation {
             return p;
         }
         let (from, dt) = (self.time, self.dt);
-        Plan { from, to: t, dt, steps: ((t - from) / dt - 1e-6).ceil().max(0.0) as u64, done: 0 }
+        Plan { from, to: t, dt, steps: ((t - from) / dt - SAME).ceil().max(0.0) as u64, done: 0 }
     }
 
     /// Advances by `dt`; false if the scheme wants a shorter step and nothing was done.

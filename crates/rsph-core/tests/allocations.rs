@@ -3,7 +3,7 @@
 use rsph_core::material::KelvinVoigt;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{Boundary, Fix, Load, LoadKind, Ramp, Setup, SolidSetup, Units};
+use rsph_core::setup::{Boundary, Curve, Fix, Load, LoadKind, Setup, SolidSetup, Units};
 use rsph_core::shape::BoxShape;
 use rsph_core::simulation::Simulation;
 use rsph_core::tensor::Vec3;
@@ -55,7 +55,7 @@ fn a_step_does_not_allocate() {
                 }],
                 loads: vec![Load {
                     kind: LoadKind::Traction { region: face(1.0, Side::Above), traction: Vec3::z() },
-                    ramp: Ramp::default(),
+                    curve: Curve::default(),
                 }],
                 ..SolidSetup::new(Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap()))
             },

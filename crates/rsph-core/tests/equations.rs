@@ -13,7 +13,7 @@ use rsph_core::mls::{Cloud, PointWeights};
 use rsph_core::particles::{Column, Field, Particles};
 use rsph_core::region::Region;
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{Initial, Load, LoadKind, Ramp, Setup, SolidSetup, Units, VectorField};
+use rsph_core::setup::{Curve, Initial, Load, LoadKind, Setup, SolidSetup, Units, VectorField};
 use rsph_core::shape::BoxShape;
 use rsph_core::simulation::Simulation;
 use rsph_core::tensor::{Mat3, SymTensor, Vec3};
@@ -56,7 +56,7 @@ fn a_free_body_falls_as_a_point_does() {
     let (v_0, g) = (Vec3::new(0.3, 0.0, -0.1), Vec3::new(0.0, -9.81, 2.0));
     let velocity = VectorField::Constant(v_0);
     let gravity =
-        Load { kind: LoadKind::BodyForce { region: Region::All, acceleration: g }, ramp: Ramp::default() };
+        Load { kind: LoadKind::BodyForce { region: Region::All, acceleration: g }, curve: Curve::default() };
     let mut cube = free_cube(Initial { velocity, ..Initial::default() }, vec![gravity]);
     let t = 0.05;
     cube.advance_to(t, &mut |_| true).unwrap();

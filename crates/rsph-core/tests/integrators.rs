@@ -6,7 +6,7 @@ use rsph_core::material::KelvinVoigt;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Fix, Integration, Load, LoadKind, Probe, Quantity, Ramp, Scheme, Setup, SolidSetup, Solver,
+    Boundary, Curve, Fix, Integration, Load, LoadKind, Probe, Quantity, Scheme, Setup, SolidSetup, Solver,
     TimeStep, Units,
 };
 use rsph_core::shape::{BoxShape, MeshShape};
@@ -41,7 +41,7 @@ fn cube(scheme: Scheme, step: TimeStep) -> Setup<SolidSetup> {
                 }],
                 loads: vec![Load {
                     kind: LoadKind::Traction { region: plane(1.0, Side::Above), traction: Vec3::z() },
-                    ramp: Ramp::default(),
+                    curve: Curve::default(),
                 }],
                 ..SolidSetup::new(Arc::new(KelvinVoigt::new(1.0, 100.0, 0.0, 0.2).unwrap()))
             },
@@ -209,7 +209,7 @@ fn dumbbell(neck: f64) -> Setup<SolidSetup> {
         vec![Boundary { name: None, region: plane(-0.4, Side::Below), fix: Fix::ALL, motion: None }];
     setup.mechanics.loads = vec![Load {
         kind: LoadKind::BodyForce { region: Region::All, acceleration: Vec3::new(0.1, 0.0, -0.3) },
-        ramp: Ramp::default(),
+        curve: Curve::default(),
     }];
     setup.probes.clear();
     setup.solver = Solver::ACCURATE;
@@ -238,7 +238,7 @@ fn loads_can_be_replaced_between_steps() {
     let pulled = simulation.readings()[0].value;
     let none = Region::Ball { centre: Vec3::repeat(9.0), radius: 0.1 };
     let nowhere = LoadKind::Traction { region: none, traction: Vec3::z() };
-    let refused = simulation.set_loads(vec![Load { kind: nowhere, ramp: Ramp::default() }]);
+    let refused = simulation.set_loads(vec![Load { kind: nowhere, curve: Curve::default() }]);
     assert_eq!(refused.unwrap_err().key, "load[0]");
     assert!((simulation.evaluate().load.z - 1.0).abs() < 1e-3, "a refused load changes nothing");
     simulation.set_loads(Vec::new()).unwrap();

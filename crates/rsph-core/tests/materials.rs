@@ -9,7 +9,7 @@ use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Fix, Load, LoadKind, MaterialPart, ModulusField, Motion, Probe, Quantity, Ramp, Setup,
+    Boundary, Curve, Fix, Load, LoadKind, MaterialPart, ModulusField, Motion, Probe, Quantity, Setup,
     SolidSetup, Units,
 };
 use rsph_core::shape::BoxShape;
@@ -158,7 +158,7 @@ fn bar(rest: Arc<dyn Material>, other: Arc<dyn Material>, place: Region, sides: 
         }
     }
     let kind = LoadKind::Traction { region: face(Axis::X, 1.0, Side::Above), traction: Vec3::x() };
-    mechanics.loads.push(Load { kind, ramp: Ramp::default() });
+    mechanics.loads.push(Load { kind, curve: Curve::default() });
     setup.probes.push(Probe {
         name: "end".into(),
         quantity: Quantity { field: Field::Displacement, component: Some(0) },
@@ -195,13 +195,13 @@ fn a_bar_of_two_materials_side_by_side_carries_the_sum_wherever_they_meet() {
         let place = face(Axis::Y, at, Side::Above);
         let mut setup = bar(linear(100.0, 0.0, 0.0), linear(1000.0, 0.0, 0.0), place, false);
         setup.mechanics.loads.clear();
-        let motion = Motion::Ramp { displacement: Vec3::x() * 0.01, ramp: Ramp::default() };
+        let motion = Motion::Curve { displacement: Vec3::x() * 0.01, curve: Curve::default() };
         let region = face(Axis::X, 1.0, Side::Above);
-        let name = Some("grip".to_owned());
+        let name = Some("grip".into());
         setup.mechanics.boundaries.push(Boundary { name, region, fix: Fix::Normal, motion: Some(motion) });
         let mut simulation = Simulation::new(setup).unwrap();
         simulation.solve_static(1.0, &mut |_, _| true).unwrap();
-        let found = simulation.reactions()[3].x;
+        let found = simulation.reactions()[3].force.x;
         let exact = 0.01 * 0.25 * (100.0 * at + 1000.0 * (0.25 - at));
         // Five particles across.
         assert!((found / exact - 1.0).abs() < 0.012, "{at}: {found} {exact}");

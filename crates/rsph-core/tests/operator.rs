@@ -12,7 +12,7 @@ use rsph_core::material::{KelvinVoigt, Material};
 use rsph_core::particles::{Column, Field, Particles};
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{Boundary, Fix, Motion, Ramp};
+use rsph_core::setup::{Boundary, Curve, Fix, Motion};
 use rsph_core::shape::{MeshShape, Shape, SphereShape, cut};
 use rsph_core::tensor::{Mat3, SymTensor, Vec3};
 use std::sync::Arc;
@@ -160,7 +160,7 @@ fn force_is_minus_the_derivative_of_the_energy() {
 #[test]
 fn the_power_of_moved_faces_is_the_rate_of_the_energy() {
     let displacement = Vec3::new(0.3, -0.2, 0.5);
-    let motion = Some(Motion::Ramp { displacement, ramp: Ramp { from: 0.0, to: 1.0 } });
+    let motion = Some(Motion::Curve { displacement, curve: Curve::ramp(0.0, 1.0) });
     let moved = Boundary { name: None, motion, ..clamp() };
     let material: Arc<dyn Material> = Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.0).unwrap());
     for (spacing, smoothing) in [(0.2, 0.8), (0.2, 1.25), (0.137, 0.8)] {

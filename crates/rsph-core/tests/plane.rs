@@ -9,7 +9,7 @@ use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Fix, Integration, Load, LoadKind, Motion, Probe, Quantity, Ramp, RemeshTrigger, Scheme, Setup,
+    Boundary, Curve, Fix, Integration, Load, LoadKind, Motion, Probe, Quantity, RemeshTrigger, Scheme, Setup,
     SolidSetup, Solver, Units, VectorField,
 };
 use rsph_core::shape::{DiscShape, RectangleShape, Shape, SphereShape};
@@ -67,7 +67,7 @@ fn a_pulled_block_has_the_strain_of_plane_strain() {
         setup.mechanics.boundaries.push(hold(bottom(), Fix::Normal));
         setup.mechanics.boundaries.push(hold(plane(Axis::X, 0.0, Side::Below), Fix::Normal));
         let kind = LoadKind::Traction { region: top(), traction: pull * Vec3::y() };
-        setup.mechanics.loads.push(Load { kind, ramp: Ramp::default() });
+        setup.mechanics.loads.push(Load { kind, curve: Curve::default() });
         let mut sim = Simulation::new(setup).unwrap();
         let found = sim.solve_static(0.0, &mut |_, _| true).unwrap();
         assert!((found.load.y - pull).abs() < 1e-9, "per metre of thickness: {}", found.load);
@@ -146,7 +146,7 @@ fn a_half_turned_body_is_remeshed() {
 #[test]
 fn a_plate_pulls_through_a_remesh() {
     let displacement = Vec3::new(0.1, 0.27, 0.0);
-    let motion = Motion::Ramp { displacement, ramp: Ramp { from: 0.0, to: 1.0 } };
+    let motion = Motion::Curve { displacement, curve: Curve::ramp(0.0, 1.0) };
     let mut setup = setup(square(), 0.1, neo_hookean(0.0));
     setup.mechanics.boundaries.push(hold(bottom(), Fix::ALL));
     setup.mechanics.boundaries.push(Boundary { name: None, motion: Some(motion), ..hold(top(), Fix::ALL) });
@@ -168,7 +168,7 @@ fn a_pulled_block_goes_on_through_a_remesh() {
         let mut setup = setup(square(), 0.125, neo_hookean(0.1));
         setup.mechanics.boundaries.push(hold(bottom(), Fix::ALL));
         let kind = LoadKind::Traction { region: top(), traction: 3.0 * Vec3::y() };
-        setup.mechanics.loads.push(Load { kind, ramp: Ramp { from: 0.0, to: 1.0 } });
+        setup.mechanics.loads.push(Load { kind, curve: Curve::ramp(0.0, 1.0) });
         setup.probes.push(probe("displacement.y", top()));
         setup.remesh.trigger = trigger;
         setup.integration = Integration { scheme, tolerance: 0.01 };
@@ -205,7 +205,7 @@ fn every_law_and_every_cut_rests_in_the_plane() {
         let (point, normal) = (Vec3::new(0.0, -0.2, 0.0), Vec3::new(0.2, 1.0, 0.0));
         setup.mechanics.boundaries.push(hold(Region::HalfSpace { point, normal }, Fix::ALL));
         let kind = LoadKind::BodyForce { region: Region::All, acceleration: Vec3::new(0.3, -0.5, 0.0) };
-        setup.mechanics.loads.push(Load { kind, ramp: Ramp::default() });
+        setup.mechanics.loads.push(Load { kind, curve: Curve::default() });
         let mut sim = Simulation::new(setup).unwrap();
         let found = sim.solve_static(0.0, &mut |_, _| true).unwrap();
         assert!(found.iterations < 60, "{}: {}", material.name(), found.iterations);
@@ -241,7 +241,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
 #[test]
 fn a_body_that_is_crushed_fails_with_a_place() {
     let displacement = Vec3::new(0.0, -0.97, 0.0);
-    let motion = Motion::Ramp { displacement, ramp: Ramp { from: 0.0, to: 0.2 } };
+    let motion = Motion::Curve { displacement, curve: Curve::ramp(0.0, 0.2) };
     let mut setup = setup(square(), 0.125, neo_hookean(0.0));
     setup.mechanics.boundaries.push(hold(bottom(), Fix::ALL));
     setup.mechanics.boundaries.push(Boundary { name: None, motion: Some(motion), ..hold(top(), Fix::ALL) });
@@ -264,10 +264,10 @@ fn what_leaves_the_plane_is_refused() {
     refused(across, "boundary[0].region");
     let mut pushed = block();
     let kind = LoadKind::Traction { region: top(), traction: Vec3::z() };
-    pushed.mechanics.loads.push(Load { kind, ramp: Ramp::default() });
+    pushed.mechanics.loads.push(Load { kind, curve: Curve::default() });
     refused(pushed, "load[0].traction");
     let mut moved = block();
-    let motion = Motion::Ramp { displacement: Vec3::z(), ramp: Ramp::default() };
+    let motion = Motion::Curve { displacement: Vec3::z(), curve: Curve::default() };
     moved.mechanics.boundaries.push(Boundary {
         name: None,
         motion: Some(motion),

@@ -6,7 +6,7 @@ use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Fix, Load, LoadKind, Probe, Quantity, Ramp, Setup, SolidSetup, Solver, Units,
+    Boundary, Curve, Fix, Load, LoadKind, Probe, Quantity, Setup, SolidSetup, Solver, Units,
 };
 use rsph_core::shape::{BoxShape, MeshShape, Shape};
 use rsph_core::simulation::Simulation;
@@ -35,7 +35,7 @@ fn turned_cube(n: usize, nu: f64, load: f64) -> Simulation {
                     fix: Fix::ALL,
                     motion: None,
                 }],
-                loads: vec![Load { kind, ramp: Ramp { from: 0.0, to: 1.0 } }],
+                loads: vec![Load { kind, curve: Curve::ramp(0.0, 1.0) }],
                 ..SolidSetup::new(Arc::new(NeoHookean::new(1.0, 10.0, nu, 0.0).unwrap()))
             },
         )
@@ -94,7 +94,7 @@ fn a_rod_bends_far_without_false_strain() {
                         fix: Fix::ALL,
                         motion: None,
                     }],
-                    loads: vec![Load { kind, ramp: Ramp::default() }],
+                    loads: vec![Load { kind, curve: Curve::default() }],
                     ..SolidSetup::new(material.unwrap())
                 },
             )

@@ -6,7 +6,7 @@ use rsph_core::particles::Field;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Boundary, Fix, Formulation, Load, LoadKind, Motion, Probe, Quantity, Ramp, Remesh, RemeshTrigger, Setup,
+    Boundary, Curve, Fix, Formulation, Load, LoadKind, Motion, Probe, Quantity, Remesh, RemeshTrigger, Setup,
     SolidSetup, Solver, TimeStep, Units, VectorField,
 };
 use rsph_core::shape::{BoxShape, Shape, SphereShape};
@@ -79,7 +79,7 @@ fn a_body_in_flight_stays_as_it_is() {
 fn sheared(trigger: RemeshTrigger, direction: Vec3) -> Setup<SolidSetup> {
     let mut s = setup(unit_cube(), 343, trigger);
     let plane = |at, side| Region::Plane { axis: Axis::Z, at, side };
-    let motion = Motion::Ramp { displacement: 0.2 * direction, ramp: Ramp { from: 0.0, to: 0.5 } };
+    let motion = Motion::Curve { displacement: 0.2 * direction, curve: Curve::ramp(0.0, 0.5) };
     s.mechanics.boundaries = vec![
         Boundary { name: None, region: plane(0.0, Side::Below), fix: Fix::ALL, motion: None },
         Boundary { name: None, region: plane(1.0, Side::Above), fix: Fix::ALL, motion: Some(motion) },
@@ -190,7 +190,7 @@ fn the_literal_formulation_is_laid_anew_as_well() {
         }];
         let region = Region::Plane { axis: Axis::Z, at: 1.0, side: Side::Above };
         s.mechanics.loads =
-            vec![Load { kind: LoadKind::Traction { region, traction: Vec3::z() }, ramp: Ramp::default() }];
+            vec![Load { kind: LoadKind::Traction { region, traction: Vec3::z() }, curve: Curve::default() }];
         let mut simulation = Simulation::new(s).unwrap();
         advance(&mut simulation, 0.1);
         let snapshot = simulation.snapshot();

@@ -54,6 +54,7 @@ impl Snapshot {
 
     /// Writes a field on the voxels of the image `like`.
     #[pyo3(signature = (path, field, like, scale, axes, outside))]
+    #[allow(clippy::too_many_arguments, reason = "so many has the method in Python")]
     fn to_nifti(
         &self,
         py: Python<'_>,

@@ -73,6 +73,10 @@ fn the_examples_of_the_guide_are_understood() {
                     "{base}{body}{box_shape}[[boundary]]\nkind = \"prescribed\"\nregion = \"all\"\n{line}\n"
                 )
             }
+            Some("curve") => {
+                let load = "[[load]]\nkind = \"pressure\"\nregion = \"all\"\npressure = 1.0\n";
+                format!("{base}{body}{box_shape}{load}{line}\n")
+            }
             other => panic!("an example of {other:?}"),
         };
         let understood = LoadedScenario::from_text("scenario.md", text, PathBuf::new(), &[]);

@@ -168,6 +168,10 @@ fn the_report_fetches_nothing_and_escapes_what_it_shows() {
     }
     assert!(!page.contains("<script>alert"));
     assert!(page.contains("Made-up ball &lt;sheared &amp; stretched&gt;"));
+    assert!(page.contains("<figcaption>load 1: pressure &lt;2 kPa&gt;</figcaption>"));
+    // The factor 1 at half of the time, a quarter at the end.
+    assert!(page.contains("<polyline points=\"0.0,86.0 160.0,4.0 320.0,65.5\"/>"));
+    assert!(page.contains("factor from 0 to 1; time [s] from 0 to 1"));
     assert!(page.contains("# &lt;/script&gt; {{data}}"), "the scenario is shown as it is");
     let whole = fs::read_to_string(dir.path().join("report.html")).unwrap();
     assert!(!whole.contains("<script src"));

@@ -60,6 +60,29 @@ fn every_kind_of_part_is_understood() {
 }
 
 #[test]
+fn loads_and_motions_follow_curves() {
+    let load = "load.0={ kind = \"follower_pressure\", region = \"all\", pressure = 2, curve = { time = [0, 0.5, 2], \
+                value = [0, 1, 0], kind = \"smooth\", periodic = true } }";
+    let job = lower(TENSILE, &[load, "boundary.0.kind=prescribed", motion_text()]).unwrap();
+    let solid = job.setup.solid().unwrap();
+    assert!(matches!(solid.loads[0].kind, LoadKind::FollowerPressure { pressure, .. } if pressure == 2.0));
+    let curve = &solid.loads[0].curve;
+    assert_eq!([0.5, 1.25, 2.0, 4.5].map(|t| curve.at(t)), [1.0, 0.5, 0.0, 1.0]);
+    let motion = solid.boundaries[0].motion.as_ref().unwrap();
+    assert_eq!((motion.displacement(1.0).z, motion.velocity(1.0).z), (0.05, 0.05));
+    // A jump has no velocity, and none is needed at rest.
+    let step = "boundary.0.motion.curve.kind=step";
+    let error = lower(TENSILE, &["boundary.0.kind=prescribed", motion_text(), step]).unwrap_err();
+    assert!(error.to_string().contains("boundary[0].motion.curve.kind"), "{error}");
+    lower(TENSILE, &["boundary.0.kind=prescribed", motion_text(), step, "solver.mode=static"]).unwrap();
+}
+
+/// A motion along a curve.
+fn motion_text() -> &'static str {
+    "boundary.0.motion={ curve = { displacement = [0, 0, 0.1], time = [0, 2], value = [0, 1] } }"
+}
+
+#[test]
 fn a_beam_starts_in_its_mode_or_is_refused_at_the_key() {
     let beam = include_str!("../../../scenarios/oscillating_beam.toml");
     let velocity = lower(beam, &[]).unwrap().setup.initial.velocity;

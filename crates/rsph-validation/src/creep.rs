@@ -7,7 +7,7 @@ use super::figure::{Curve, Figure};
 use super::kelvin_voigt_bar::extension;
 use super::modal::Modes;
 use rsph_core::particles::Field;
-use rsph_core::setup::{Load, LoadKind, PatchCentre, Ramp};
+use rsph_core::setup::{Load, LoadKind, PatchCentre};
 use rsph_core::simulation::Simulation;
 use rsph_core::tensor::Vec3;
 use std::path::Path;
@@ -41,7 +41,7 @@ fn touched() -> Result<Vec<Row>, String> {
         };
         let start = Instant::now();
         for k in 0..FRAMES {
-            let load = Load { kind: kind(k), ramp: Ramp::default() };
+            let load = Load { kind: kind(k), curve: rsph_core::setup::Curve::default() };
             liver.set_loads(vec![load]).map_err(|e| e.to_string())?;
             liver.advance_to(f64::from(k + 1) * dt, &mut |_| true).map_err(|e| e.to_string())?;
         }

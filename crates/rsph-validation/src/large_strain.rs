@@ -1,7 +1,8 @@
 //! Solids at finite strain, with and without remeshing: a cube, a plane block and a liver at rest against finite
-//! elements, columns that twist and bend, a disc and a ball that spin freely.
+//! elements, inflated walls against exact solutions, columns that twist and bend, a disc and a ball that spin freely.
 
 mod column;
+mod inflated;
 mod liver;
 mod plane;
 mod rest;
@@ -12,7 +13,7 @@ use super::case::history;
 use rsph_core::material::NeoHookean;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{Boundary, Fix, Motion, Ramp, Setup, SolidSetup, Units};
+use rsph_core::setup::{Boundary, Curve, Fix, Motion, Setup, SolidSetup, Units};
 use rsph_core::shape::Shape;
 use rsph_core::tensor::Vec3;
 use std::path::Path;
@@ -30,6 +31,7 @@ pub(super) fn run(quick: bool, _folder: &Path) -> Result<Vec<Row>, String> {
     if super::liver::is_there() {
         liver::rows(quick, &mut rows)?;
     }
+    inflated::walls(quick, &mut rows)?;
     rows.extend(plane::cook(quick)?);
     rows.extend(plane::beam(quick)?);
     rows.extend(column::column(quick)?);
@@ -62,7 +64,7 @@ fn beyond(axis: Axis, at: f64, side: Side) -> Region {
 
 /// A face that is held, or moved by `displacement` from time 0 to 1.
 fn held(region: Region, displacement: Option<Vec3>) -> Boundary {
-    let ramp = Ramp { from: 0.0, to: 1.0 };
-    let motion = displacement.map(|displacement| Motion::Ramp { displacement, ramp });
+    let curve = Curve::ramp(0.0, 1.0);
+    let motion = displacement.map(|displacement| Motion::Curve { displacement, curve });
     Boundary { name: None, region, fix: Fix::ALL, motion }
 }

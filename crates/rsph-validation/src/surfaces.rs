@@ -5,8 +5,8 @@ pub(super) mod case;
 mod hourglass;
 pub(super) mod livers;
 mod local_load;
-mod meshes;
-mod walls;
+pub(super) mod meshes;
+pub(super) mod walls;
 
 use super::Row;
 use super::equilibrium::Placed;

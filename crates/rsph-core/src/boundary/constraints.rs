@@ -63,7 +63,7 @@ enum Place {
 }
 
 /// How a boundary holds what it holds.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Hold {
     /// Which components.
     pub fix: Fix,
@@ -131,7 +131,7 @@ impl Constraints {
                 ));
             }
             constraints.places.push(place);
-            constraints.holds.push(Hold { fix: boundary.fix, motion: boundary.motion });
+            constraints.holds.push(Hold { fix: boundary.fix, motion: boundary.motion.clone() });
         }
         Ok(constraints)
     }
@@ -184,7 +184,7 @@ impl Constraints {
             fixed.particles.extend(held.map(|particle| FixedParticle {
                 particle,
                 fix,
-                motion: hold.motion,
+                motion: hold.motion.clone(),
                 boundary: Some(i),
             }));
             if fixed.particles.len() == before {

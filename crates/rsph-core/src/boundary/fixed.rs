@@ -6,7 +6,7 @@ use crate::setup::Motion;
 use crate::tensor::Vec3;
 
 /// One held particle.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct FixedParticle {
     /// Which particle.
     pub particle: usize,
@@ -52,7 +52,7 @@ impl Fixed {
     pub fn hold(&self, t: f64, mass: &[f64], du: &mut [f64], dv: &mut [f64], sums: &mut ForceSums) {
         let n = mass.len();
         for p in &self.particles {
-            let velocity = p.motion.map_or_else(Vec3::zeros, |m| m.velocity(t));
+            let velocity = p.motion.as_ref().map_or_else(Vec3::zeros, |m| m.velocity(t));
             for i in (0..3).filter(|&i| p.fix[i]) {
                 let at = i * n + p.particle;
                 let reaction = -mass[p.particle] * dv[at];
@@ -75,14 +75,14 @@ impl Fixed {
         let n = mass.len();
         let u = particles.column_mut(Field::Displacement).values_mut();
         for p in &self.particles {
-            let value = p.motion.map_or_else(Vec3::zeros, |m| m.displacement(t));
+            let value = p.motion.as_ref().map_or_else(Vec3::zeros, |m| m.displacement(t));
             for i in (0..3).filter(|&i| p.fix[i]) {
                 u[i * n + p.particle] = value[i];
             }
         }
         let v = particles.column_mut(Field::Velocity).values_mut();
         for p in &self.particles {
-            let value = p.motion.map_or_else(Vec3::zeros, |m| m.velocity(t));
+            let value = p.motion.as_ref().map_or_else(Vec3::zeros, |m| m.velocity(t));
             for i in (0..3).filter(|&i| p.fix[i]) {
                 let at = i * n + p.particle;
                 added.momentum[i] += mass[p.particle] * (value[i] - v[at]);

@@ -196,7 +196,7 @@ impl Folds {
     pub fn new(constraints: &Constraints, surface: &TriangleMesh, lattice: &Lattice, remeshed: bool) -> Self {
         let reach = lattice.weights.cut.isqrt();
         let mut this = Self::default();
-        let motion = |i: Option<usize>| i.and_then(|i| constraints.holds[i].motion);
+        let motion = |i: Option<usize>| i.and_then(|i| constraints.holds[i].motion.as_ref());
         for plane in constraints.planes() {
             let Some(fold) = fold(plane, constraints, surface, lattice) else { continue };
             // Images in two mirrors must not depend on their order.

@@ -2,6 +2,7 @@
 
 use crate::boundary::body_force::body_force;
 use crate::boundary::flat_face::{Face, Faces};
+use crate::boundary::follower::{Follower, cofactor};
 use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::patch::Patch;
 use crate::boundary::surface_load::{SurfacePoint, Traction};
@@ -13,13 +14,12 @@ use crate::mesh::TriangleMesh;
 use crate::region::Region;
 use crate::setup::{Load, LoadKind};
 use crate::shape::Shape;
-use crate::tensor::Vec3;
+use crate::tensor::{Mat3, Vec3};
 
 /// Longest triangle edge of the surface quadrature, in spacings, where the rim of a region cuts a triangle, of which all or nothing is loaded.
 const RESOLUTION_AT_RIM: f64 = 0.02;
 
 /// The body as loads see it.
-#[derive(Debug)]
 pub struct LoadedBody<'a> {
     /// Shape with its surface.
     pub shape: &'a dyn Shape,
@@ -35,9 +35,14 @@ pub struct LoadedBody<'a> {
     pub boundary: &'a TriangleMesh,
     /// The same with the weights of the particles.
     pub surface: &'a SurfaceQuadrature,
+    /// The weights of the particles in the gradient of the displacement at a place, under a law for any strain.
+    pub gradient_weights: Option<&'a GradientWeights<'a>>,
     /// Flat faces that are loaded by the area vectors of an operator that does not balance its surface.
     pub faces: Option<Faces<'a>>,
 }
+
+/// From a place to particles with their weights in the gradient there.
+pub type GradientWeights<'a> = dyn Fn(&Vec3) -> Vec<(u32, Vec3)> + Sync + 'a;
 
 /// The forces of every load. A traction on a held part of the surface counts as far as the part is free.
 ///
@@ -45,40 +50,7 @@ pub struct LoadedBody<'a> {
 /// `load[i]...` when a load acts on nothing.
 pub fn nodal_loads(loads: &[Load], body: &LoadedBody<'_>) -> Result<Vec<NodalLoad>, InvalidInput> {
     let n = body.mass.len();
-    let on_surface = |i: usize, traction: &Traction<'_>| {
-        body.surface.force(n, traction).ok_or_else(|| {
-            let Bounds { min, max } = body.shape.bounds();
-            let place = |v: &Vec3| format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z);
-            InvalidInput::new(
-                format!("load[{i}]"),
-                "(this load)",
-                format!(
-                    "acts on no free part of the surface, which lies between {} and {}",
-                    place(&min),
-                    place(&max)
-                ),
-                "check the region or centre, its units, the direction and the signs, and what boundaries hold",
-            )
-        })
-    };
-    // Any traction on the triangles, or a uniform one on whole flat faces where these are another case.
-    let on_region = |i: usize, region: &Region, traction: &(dyn Fn(&Vec3) -> Vec3 + Sync)| {
-        let by_faces = body.faces.as_ref().and_then(|faces| flat_faces(body, faces, region, traction));
-        by_faces.map_or_else(
-            || {
-                let loaded = |x: &Vec3, n: &Vec3| region.contains_on_surface(x, n, body.tolerance);
-                let at = |p: &SurfacePoint| {
-                    if loaded(&p.x, &p.normal) { traction(&p.normal) } else { Vec3::zeros() }
-                };
-                let resolution = |corners: &[Vec3; 3], n: &Vec3| {
-                    let cut = corners.iter().any(|x| loaded(x, n) != loaded(&corners[0], n));
-                    if cut { RESOLUTION_AT_RIM * body.spacing } else { f64::INFINITY }
-                };
-                on_surface(i, &Traction { at: &at, reaches: &|_| true, resolution: &resolution, smooth: 0.0 })
-            },
-            Ok,
-        )
-    };
+    let acts = |force: Option<Vec<f64>>, i: usize| force.ok_or_else(|| nowhere(body, i));
     loads
         .iter()
         .enumerate()
@@ -86,20 +58,84 @@ pub fn nodal_loads(loads: &[Load], body: &LoadedBody<'_>) -> Result<Vec<NodalLoa
             let force = match &load.kind {
                 // A baseline without load is a load of zero, wherever it acts.
                 kind if kind.is_zero() => Ok(vec![0.0; 3 * body.mass.len()]),
-                LoadKind::Traction { region, traction } => on_region(i, region, &|_| *traction),
-                LoadKind::Pressure { region, pressure } => on_region(i, region, &|n| -*pressure * n),
+                LoadKind::Traction { region, traction } => acts(on_region(body, region, &|_| *traction), i),
+                LoadKind::Pressure { region, pressure } => {
+                    acts(on_region(body, region, &|n| -*pressure * n), i)
+                }
+                LoadKind::FollowerPressure { region, pressure } => {
+                    let gradient = body.gradient_weights.ok_or_else(|| for_any_strain(i))?;
+                    let follower = with_region(body, region, &|n| -*pressure * n, |traction| {
+                        Follower::new(body.surface, traction, gradient)
+                    });
+                    let follower = follower.ok_or_else(|| nowhere(body, i))?;
+                    return Ok(NodalLoad::following(follower, load.curve.clone()));
+                }
                 LoadKind::BodyForce { region, acceleration } => {
                     body_force(body.mass, body.positions, region, acceleration, body.tolerance)
                         .ok_or_else(|| no_particle(&format!("load[{i}].region"), region, body.positions))
                 }
                 LoadKind::Patch { pressure, centre, radius, direction } => {
                     let patch = Patch::on(body.boundary, *pressure, centre, *radius, direction);
-                    patch.with_traction(|traction| on_surface(i, traction))
+                    acts(patch.with_traction(|traction| body.surface.force(n, traction)), i)
                 }
             }?;
-            Ok(NodalLoad::new(force, load.ramp))
+            Ok(NodalLoad::new(force, load.curve.clone()))
         })
         .collect()
+}
+
+/// Any traction on the triangles in a region, or a uniform one on whole flat faces where these are another case; `None` if it acts
+/// nowhere.
+fn on_region(
+    body: &LoadedBody<'_>,
+    region: &Region,
+    traction: &(dyn Fn(&Vec3) -> Vec3 + Sync),
+) -> Option<Vec<f64>> {
+    let by_faces = body.faces.as_ref().and_then(|faces| flat_faces(body, faces, region, traction));
+    let on_triangles = |traction: &Traction<'_>| body.surface.force(body.mass.len(), traction);
+    by_faces.or_else(|| with_region(body, region, traction, on_triangles))
+}
+
+/// What `then` makes of a traction, which depends on the normal, in a region.
+fn with_region<R>(
+    body: &LoadedBody<'_>,
+    region: &Region,
+    traction: &(dyn Fn(&Vec3) -> Vec3 + Sync),
+    then: impl FnOnce(&Traction<'_>) -> R,
+) -> R {
+    let loaded = |x: &Vec3, n: &Vec3| region.contains_on_surface(x, n, body.tolerance);
+    let at = |p: &SurfacePoint| if loaded(&p.x, &p.normal) { traction(&p.normal) } else { Vec3::zeros() };
+    let resolution = |corners: &[Vec3; 3], n: &Vec3| {
+        let cut = corners.iter().any(|x| loaded(x, n) != loaded(&corners[0], n));
+        if cut { RESOLUTION_AT_RIM * body.spacing } else { f64::INFINITY }
+    };
+    then(&Traction { at: &at, reaches: &|_| true, resolution: &resolution, smooth: 0.0 })
+}
+
+/// That load `i` acts on nothing.
+fn nowhere(body: &LoadedBody<'_>, i: usize) -> InvalidInput {
+    let Bounds { min, max } = body.shape.bounds();
+    let place = |v: &Vec3| format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z);
+    InvalidInput::new(
+        format!("load[{i}]"),
+        "(this load)",
+        format!(
+            "acts on no free part of the surface, which lies between {} and {}",
+            place(&min),
+            place(&max)
+        ),
+        "check the region or centre, its units, the direction and the signs, and what boundaries hold",
+    )
+}
+
+/// That load `i` wants a law for any strain.
+fn for_any_strain(i: usize) -> InvalidInput {
+    InvalidInput::new(
+        format!("load[{i}].kind"),
+        "follower_pressure",
+        "follows the deformed surface, which a law for small strain takes to be the undeformed one",
+        "take kind = \"pressure\", or a law for any strain such as \"neo-hookean\"",
+    )
 }
 
 /// A load as a traction on the surface at factor 1.
@@ -109,6 +145,8 @@ pub enum SurfaceTraction<'a> {
     Traction(&'a Region, Vec3),
     /// Against the outward normal in a region.
     Pressure(&'a Region, f64),
+    /// Against the deformed surface in a region.
+    FollowerPressure(&'a Region, f64),
     /// A smeared local load.
     Patch(Patch),
     /// None: it acts inside.
@@ -121,6 +159,7 @@ impl<'a> SurfaceTraction<'a> {
         match kind {
             LoadKind::Traction { region, traction } => Self::Traction(region, *traction),
             LoadKind::Pressure { region, pressure } => Self::Pressure(region, *pressure),
+            LoadKind::FollowerPressure { region, pressure } => Self::FollowerPressure(region, *pressure),
             LoadKind::Patch { pressure, centre, radius, direction } => {
                 Self::Patch(Patch::on(surface, *pressure, centre, *radius, direction))
             }
@@ -128,12 +167,14 @@ impl<'a> SurfaceTraction<'a> {
         }
     }
 
-    /// The traction at `x` of the surface with that outward normal; regions are enlarged by `tolerance`.
-    pub fn at(&self, x: &Vec3, normal: &Vec3, tolerance: f64) -> Vec3 {
+    /// The force per undeformed area at `x` of the surface with that outward normal and the deformation gradient `f`; regions are
+    /// enlarged by `tolerance`.
+    pub fn at(&self, x: &Vec3, normal: &Vec3, f: &Mat3, tolerance: f64) -> Vec3 {
         let inside = |region: &Region| region.contains_on_surface(x, normal, tolerance);
         match self {
             Self::Traction(region, traction) if inside(region) => *traction,
             Self::Pressure(region, pressure) if inside(region) => -*pressure * normal,
+            Self::FollowerPressure(region, pressure) if inside(region) => -*pressure * cofactor(f) * normal,
             Self::Patch(patch) => patch.traction(&SurfacePoint { x: *x, normal: *normal, area: 0.0 }),
             _ => Vec3::zeros(),
         }

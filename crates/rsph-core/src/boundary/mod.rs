@@ -5,6 +5,7 @@ pub mod constraints;
 pub mod fixed;
 pub mod flat_face;
 pub mod fold;
+pub mod follower;
 pub mod force_sums;
 pub mod lift;
 pub mod load;

@@ -335,8 +335,14 @@ impl SurfaceQuadrature {
         force
     }
 
+    /// The particle of a number among those that carry loads, with the signs of its image if it is one.
+    pub(super) fn particle(&self, a: u32) -> (u32, Vec3) {
+        let image = (a as usize).checked_sub(self.count).map(|k| &self.images[k]);
+        image.map_or((a, Vec3::repeat(1.0)), |(a, signs, _)| (*a, *signs))
+    }
+
     /// A = M^-1 sum p(x) f^T over the points of a cluster.
-    fn pattern(&self, cluster: &Cluster, traction: &Traction<'_>) -> Pattern {
+    pub(super) fn pattern(&self, cluster: &Cluster, traction: &Traction<'_>) -> Pattern {
         let mut sums = Sums::default();
         for k in cluster.panels.clone() {
             traction.on(&self.panels[k], &self.corners[k], |x, f| sums.add(cluster, x, f));

@@ -38,7 +38,7 @@ impl Holds {
             fixed.particles.extend(held.map(|particle| FixedParticle {
                 particle,
                 fix: *fix,
-                motion: *motion,
+                motion: motion.clone(),
                 boundary: Some(i),
             }));
             if fixed.particles.len() == before {
@@ -116,7 +116,7 @@ pub fn holds(
     let mut holds = Holds::default();
     for (i, boundary) in boundaries.iter().enumerate() {
         let key = format!("boundary[{i}].region");
-        let (fix, motion) = (components(boundary, i)?, boundary.motion);
+        let (fix, motion) = (components(boundary, i)?, boundary.motion.clone());
         let mut tolerance = 0.0;
         if let Some(Plane { axis, at, side }) = Plane::of(&boundary.region) {
             let outside = |x: &&Vec3| (x[axis] < at) != (side == Side::Below);

@@ -333,14 +333,16 @@ impl Solid {
                     }
                 }
             });
+        if !self.work.state.is_positive {
+            NodalLoad::add_tangent(&mut self.loads, -scales.stiffness, x, y);
+        }
         self.fixed.zero(y, n);
     }
 
-    /// The sum of all loads at time `t`, component by component; `f64::MAX` for loads at full ramp.
-    pub fn load_at(&self, t: f64) -> Vec<f64> {
-        let mut load = vec![0.0; 3 * self.len()];
-        NodalLoad::sum(&self.loads, t, &mut load);
-        load
+    /// The sum of all loads at time `t` and the displacement u into `load`, component by component.
+    pub fn load_at(&mut self, t: f64, u: &[f64], load: &mut [f64]) {
+        NodalLoad::follow(&mut self.loads, u);
+        NodalLoad::sum(&self.loads, t, load);
     }
 
     /// Strain e = sym grad u of every particle, component by component (6 n values).
@@ -382,6 +384,7 @@ impl Dynamics for Solid {
 
         self.stress_sweep_at(t, u.values(), v.values()); // Eqs. (10), (13), (5)
         self.adjoint_sweep(); // Eq. (12)
+        NodalLoad::follow(&mut self.loads, u.values());
 
         let [du, dv] = rates else { unreachable!("two integrated columns") };
         if !du.is_empty() {

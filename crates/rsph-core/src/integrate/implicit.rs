@@ -2,6 +2,7 @@
 //! stage's share of the time step; a linear law takes one step of it.
 
 use super::{Integrator, Step, StepSums};
+use crate::boundary::nodal_load::NodalLoad;
 use crate::dynamics::{Dynamics, ForceSums, Scales};
 use crate::error::{FailureKind, InvalidInput};
 use crate::particles::{Column, Field, Particles};
@@ -76,8 +77,9 @@ impl Implicit {
         });
         let mut scale = 0.0;
         if let (Some(solid), Some(solver), Some(_)) = (dynamics.solid(), &mut solver, adaptive) {
-            // The displacement at rest under all loads, if the body is held.
-            let mut load = solid.load_at(f64::MAX);
+            // The displacement at rest under all loads at their peaks, if the body is held.
+            let mut load = zeros();
+            NodalLoad::sum_of_peaks(&solid.loads, &mut load);
             solid.fixed.zero(&mut load, n);
             let mut rest = zeros();
             let goal = Goal { residual: 0.01 * solver.norm(&load), iterations: 100 };

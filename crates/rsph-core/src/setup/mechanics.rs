@@ -70,6 +70,15 @@ impl SolidSetup {
     pub fn is_by_place(&self) -> bool {
         self.modulus.is_some() || !self.parts.is_empty()
     }
+
+    /// The next moment after time `t` that a time step of about `dt` should not pass over, for what loads and motions do
+    /// there.
+    pub fn moment_after(&self, t: f64, dt: f64) -> Option<f64> {
+        let of_loads = self.loads.iter().filter_map(|load| load.curve.moment_after(t, dt));
+        let motions = self.boundaries.iter().filter_map(|boundary| boundary.motion.as_ref());
+        let of_motions = motions.filter_map(|motion| motion.moment_after(t, dt));
+        of_loads.chain(of_motions).min_by(f64::total_cmp)
+    }
 }
 
 /// A body whose particles carry a colour (1 inside, 0 outside) along a given velocity field.

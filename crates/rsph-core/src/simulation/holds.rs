@@ -9,7 +9,7 @@ use crate::tensor::Vec3;
 pub(super) fn readings_of(boundary: &Boundary) -> Vec<OwnReading> {
     let Some(name) = &boundary.name else { return Vec::new() };
     let of_all = [("force", "N"), ("moment", "N m")];
-    let of_moved = boundary.motion.map(|_| ("displacement", "m"));
+    let of_moved = boundary.motion.as_ref().map(|_| ("displacement", "m"));
     let vectors = of_all.into_iter().chain(of_moved);
     let components = |(quantity, unit): (&str, &'static str)| {
         VECTOR.map(|component| OwnReading {
@@ -43,7 +43,8 @@ impl Simulation {
         let reactions = self.reactions();
         let boundaries = self.setup.solid().map_or(&[][..], |solid| &solid.boundaries);
         for (boundary, reaction) in boundaries.iter().zip(reactions) {
-            let displacement = boundary.motion.map_or_else(Vec3::zeros, |m| m.displacement(self.time));
+            let displacement =
+                boundary.motion.as_ref().map_or_else(Vec3::zeros, |m| m.displacement(self.time));
             let values = [reaction.force, reaction.moment, displacement];
             let values = values.iter().flat_map(|vector| vector.iter().copied());
             readings.extend(

@@ -6,7 +6,7 @@ use crate::boundary::surface_quadrature::SurfaceQuadrature;
 use crate::dynamics::Imposed;
 use crate::error::InvalidInput;
 use crate::material::Material;
-use crate::setup::{Probe, Ramp};
+use crate::setup::{Curve, Probe};
 use crate::tensor::Vec3;
 use std::sync::Arc;
 
@@ -38,7 +38,7 @@ impl Simulation {
         // The loads of the set-up come first.
         loads.truncate(self.setup.solid().map_or(0, |solid| solid.loads.len()));
         if !force.is_empty() {
-            loads.push(NodalLoad::new(force.to_vec(), Ramp::default()));
+            loads.push(NodalLoad::new(force.to_vec(), Curve::default()));
         }
         Ok(())
     }

@@ -52,7 +52,7 @@ pub(super) trait Model: DynClone + std::fmt::Debug + Send + Sync {
             "load",
             "",
             "only the loads of a solid in space in the adjoint formulation can be replaced as it moves",
-            "give the loads a `ramp`, or start a new simulation",
+            "give the loads a `curve`, or start a new simulation",
         ))
     }
 

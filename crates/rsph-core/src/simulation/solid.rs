@@ -459,7 +459,8 @@ impl Model for SolidBody {
         let goes_along = !solid.is_linear();
         let about = |(boundary, centre): (&Boundary, &Vec3)| {
             let given = boundary.name.as_ref().and_then(|name| name.moment_about);
-            let moved = boundary.motion.filter(|_| goes_along).map(|motion| motion.displacement(time));
+            let moved =
+                boundary.motion.as_ref().filter(|_| goes_along).map(|motion| motion.displacement(time));
             given.unwrap_or_else(|| centre + moved.unwrap_or_default())
         };
         let about: Vec<Vec3> =

@@ -122,7 +122,8 @@ fn held_solid(dynamics: &mut dyn Dynamics, moment: Moment) -> Result<&mut Solid,
 /// What the method has reached with the displacement u, and what acts on the body there.
 fn reached(newton: &mut Newton<'_>, u: &[f64]) -> (Equilibrium, ForceSums) {
     let residual = newton.residual_at(1.0, u) / newton.reference;
-    let load = newton.solid.load_at(newton.t);
+    let mut load = vec![0.0; u.len()];
+    newton.solid.load_at(newton.t, u, &mut load);
     let sums = newton.solid.sums_at_rest(&load, &newton.force);
     let found = Equilibrium {
         iterations: newton.iterations,

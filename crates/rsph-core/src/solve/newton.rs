@@ -4,6 +4,7 @@
 use super::cg::{Goal, Outcome};
 use super::linear::LinearSolver;
 use super::sums::combine;
+use crate::boundary::nodal_load::NodalLoad;
 use crate::dynamics::Scales;
 use crate::dynamics::solid::Solid;
 
@@ -36,7 +37,8 @@ pub struct Newton<'a> {
     pub solver: LinearSolver,
     /// When: what moved faces go by.
     pub t: f64,
-    /// Loads of that time, component by component, zero where the body is held.
+    /// Loads of that time, component by component, zero where the body is held; those that depend on the displacement as at the
+    /// last state that was looked at.
     pub load: Vec<f64>,
     /// Internal forces of the last state that was looked at.
     pub force: Vec<f64>,
@@ -66,9 +68,10 @@ impl<'a> Newton<'a> {
     pub fn new(solid: &'a mut Solid, t: f64) -> Self {
         let n = solid.len();
         solid.linearise_undeformed();
-        let mut load = solid.load_at(t);
-        solid.fixed.zero(&mut load, n);
         let zeros = || vec![0.0; 3 * n];
+        let (mut load, mut undeformed) = (zeros(), zeros());
+        solid.load_at(t, &undeformed, &mut load);
+        solid.fixed.zero(&mut load, n);
         let solver = LinearSolver::new(solid);
         let mut newton = Self {
             solid,
@@ -82,7 +85,6 @@ impl<'a> Newton<'a> {
             steps: 0,
             direction: zeros(),
         };
-        let mut undeformed = zeros();
         newton.impose(1.0, &mut undeformed);
         let size = newton.residual_at(1.0, &undeformed);
         newton.compare_with(size);
@@ -93,7 +95,7 @@ impl<'a> Newton<'a> {
     pub fn impose(&self, share: f64, u: &mut [f64]) {
         let n = self.solid.len();
         for p in &self.solid.fixed.particles {
-            let moved = p.motion.map_or_else(Default::default, |m| m.displacement(self.t) * share);
+            let moved = p.motion.as_ref().map_or_else(Default::default, |m| m.displacement(self.t) * share);
             for i in (0..3).filter(|&i| p.fix[i]) {
                 u[i * n + p.particle] = moved[i];
             }
@@ -102,6 +104,7 @@ impl<'a> Newton<'a> {
 
     /// |loads + internal forces| where that share of loads and motions acts.
     pub fn residual_at(&mut self, share: f64, u: &[f64]) -> f64 {
+        self.take_loads(u);
         let Self { solid, solver, t, load, force, residual, .. } = self;
         solid.force_at_rest(*t, share, u, force);
         residual.copy_from_slice(force);
@@ -118,10 +121,29 @@ impl<'a> Newton<'a> {
         }
     }
 
-    /// Solid energy less the work of that share of the loads.
-    fn potential(&mut self, share: f64, u: &[f64]) -> f64 {
-        let work: f64 = self.load.iter().zip(u).map(|(f, u)| f * u).sum();
-        self.solid.elastic_energy(self.t, share, u) - share * work
+    /// Takes the loads at the displacement u, where they depend on it.
+    fn take_loads(&mut self, u: &[f64]) {
+        if NodalLoad::any_follows(&self.solid.loads) {
+            self.solid.load_at(self.t, u, &mut self.load);
+            self.solid.fixed.zero(&mut self.load, self.solid.len());
+        }
+    }
+
+    /// Work of the loads on the straight way to u, where they are now, from the displacement `from`, where they were `before`.
+    fn work_on_the_way(&mut self, before: &[f64], from: &[f64], u: &[f64]) -> f64 {
+        let work = |load: &[f64]| -> f64 {
+            load.iter().zip(u.iter().zip(from)).map(|(f, (u, from))| f * (u - from)).sum()
+        };
+        if !NodalLoad::any_follows(&self.solid.loads) {
+            return work(&self.load);
+        }
+        // Exact for loads that follow the surface, which are quadratic in the displacement.
+        let ends = work(before) + work(&self.load);
+        let middle: Vec<f64> = u.iter().zip(from).map(|(u, from)| 0.5 * (u + from)).collect();
+        self.take_loads(&middle);
+        let at_middle = work(&self.load);
+        self.take_loads(u);
+        (ends + 4.0 * at_middle) / 6.0
     }
 
     /// From `u` to equilibrium under all loads, in one step if it can be, else from the undeformed body in load steps that adapt
@@ -318,8 +340,8 @@ impl<'a> Newton<'a> {
         if slope.is_nan() || slope <= 0.0 {
             return Err(Trouble::NotConverged);
         }
-        let start = if searches { self.potential(share, u) } else { 0.0 };
-        let from = u.to_vec();
+        let start = if searches { self.solid.elastic_energy(self.t, share, u) } else { 0.0 };
+        let (from, loads) = (u.to_vec(), self.load.clone());
         let mut length = 1.0;
         for _ in 0..=MAX_HALVINGS {
             u.copy_from_slice(&from);
@@ -330,7 +352,8 @@ impl<'a> Newton<'a> {
                 if !searches || new < 0.5 * size {
                     return Ok((new, length));
                 }
-                let rise = self.potential(share, u) - start;
+                let stored = self.solid.elastic_energy(self.t, share, u) - start;
+                let rise = stored - share * self.work_on_the_way(&loads, &from, u);
                 if rise <= -SUFFICIENT * length * slope + ROUNDING * start.abs() {
                     return Ok((self.residual_at(share, u), length));
                 }

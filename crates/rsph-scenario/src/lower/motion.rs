@@ -11,7 +11,7 @@ use rsph_core::flow::{Flow, VelocityField};
 use rsph_core::fluid::{Acoustic, Burgers, FluidLaw};
 use rsph_core::kernel::RemeshKernel;
 use rsph_core::setup::{
-    InteractionSetting, Mechanics, Prescription, Ramp, Remesh, RemeshTrigger, SolidSetup, VectorField,
+    Curve, InteractionSetting, Mechanics, Prescription, Remesh, RemeshTrigger, SolidSetup, VectorField,
 };
 use rsph_core::tensor::{Mat3, Vec3};
 use std::path::Path;
@@ -74,10 +74,13 @@ fn solid(doc: &Document, tables: &Scenario, folder: Option<&Path>) -> Result<Sol
     };
     let mut solid = materials(doc, table, tables.body.labelmap.as_ref(), folder)?;
     let boundaries = parts::boundaries(doc, &tables.boundary)?;
+    if tables.solver.mode == ModeName::Dynamic && tables.initial.displacement.is_none() {
+        parts::refuse_jumps(doc, &boundaries)?;
+    }
     let mut loads = parts::loads(doc, &tables.load)?;
     if tables.solver.mode == ModeName::Static && tables.solver.steps > 1 {
-        for load in loads.iter_mut().filter(|l| l.ramp == Ramp::default()) {
-            load.ramp.to = tables.time.until;
+        for load in loads.iter_mut().filter(|l| l.curve == Curve::default()) {
+            load.curve = Curve::ramp(0.0, tables.time.until);
         }
     }
     (solid.boundaries, solid.loads) = (boundaries, loads);

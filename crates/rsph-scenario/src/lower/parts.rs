@@ -3,11 +3,13 @@
 use super::checks::{direction, positive};
 use super::probes::name;
 use crate::scenario::{
-    BoundaryKind, BoundaryTable, CentreValue, ComponentName, Document, FieldTable, KeyPath, LoadKindName,
-    LoadTable, MotionTable, RampTable, RegionTable, ScenarioError,
+    BoundaryKind, BoundaryTable, CentreValue, ComponentName, CurveKindName, Document, FieldTable, KeyPath,
+    LoadKindName, LoadTable, MotionTable, RegionTable, ScenarioError,
 };
 use rsph_core::region::Region;
-use rsph_core::setup::{Boundary, BoundaryName, Fix, Load, LoadKind, Motion, PatchCentre, Ramp, VectorField};
+use rsph_core::setup::{
+    Between, Boundary, BoundaryName, Curve, Fix, Load, LoadKind, Motion, PatchCentre, VectorField,
+};
 use rsph_core::tensor::{Mat3, Vec3};
 use rsph_core::vector_field::FreeBeamMode;
 
@@ -152,7 +154,7 @@ fn fix(doc: &Document, path: &KeyPath, names: Option<&[ComponentName]>) -> Resul
 }
 
 fn motion_of(doc: &Document, path: &KeyPath, table: &MotionTable) -> Result<Motion, ScenarioError> {
-    match *table {
+    match table {
         MotionTable::Ramp { displacement, from, to } => {
             if to <= from {
                 return Err(doc.error(
@@ -161,13 +163,43 @@ fn motion_of(doc: &Document, path: &KeyPath, table: &MotionTable) -> Result<Moti
                     "give the motion some time",
                 ));
             }
-            Ok(Motion::Ramp { displacement: Vec3::from(displacement), ramp: Ramp { from, to } })
+            Ok(Motion::Curve { displacement: Vec3::from(*displacement), curve: Curve::ramp(*from, *to) })
+        }
+        MotionTable::Curve { displacement, time, value, kind, periodic } => {
+            let curve = curve(doc, &path.key("curve"), (time, value), *kind, *periodic)?;
+            Ok(Motion::Curve { displacement: Vec3::from(*displacement), curve })
         }
         MotionTable::Oscillation { amplitude, frequency } => {
-            positive(doc, &path.key("oscillation").key("frequency"), frequency, "the frequency (Hz)")?;
-            Ok(Motion::Oscillation { amplitude: Vec3::from(amplitude), frequency })
+            positive(doc, &path.key("oscillation").key("frequency"), *frequency, "the frequency (Hz)")?;
+            Ok(Motion::Oscillation { amplitude: Vec3::from(*amplitude), frequency: *frequency })
         }
     }
+}
+
+/// Refuses motions that jump, at the start or later, of a body that moves in time.
+pub fn refuse_jumps(doc: &Document, boundaries: &[Boundary]) -> Result<(), ScenarioError> {
+    for (i, boundary) in boundaries.iter().enumerate() {
+        let Some(Motion::Curve { curve, .. }) = &boundary.motion else { continue };
+        let path = KeyPath::from("boundary").index(i).key("motion").key("curve");
+        if curve.jumps() {
+            return Err(doc.error(
+                &path.key("kind"),
+                "this motion jumps, and an instant motion has no velocity",
+                "take \"linear\" or \"smooth\" and give it some time, or `solver.mode = \"static\"`",
+            ));
+        }
+        if curve.at(0.0) != 0.0 {
+            return Err(doc.error(
+                &path.key("value"),
+                format!(
+                    "at time 0 this motion has gone {} of its way, and the body starts undeformed",
+                    curve.at(0.0)
+                ),
+                "start with the value 0 at time 0, or take `solver.mode = \"static\"`",
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// All `[[load]]` entries.
@@ -187,6 +219,10 @@ fn load(doc: &Document, path: &KeyPath, table: &LoadTable) -> Result<Load, Scena
             traction: Vec3::from(table.traction.ok_or_else(|| need("traction"))?),
         },
         LoadKindName::Pressure => LoadKind::Pressure {
+            region: surface()?,
+            pressure: table.pressure.ok_or_else(|| need("pressure"))?,
+        },
+        LoadKindName::FollowerPressure => LoadKind::FollowerPressure {
             region: surface()?,
             pressure: table.pressure.ok_or_else(|| need("pressure"))?,
         },
@@ -213,14 +249,14 @@ fn load(doc: &Document, path: &KeyPath, table: &LoadTable) -> Result<Load, Scena
             .normalize(),
         },
     };
-    Ok(Load { kind, ramp: ramp(doc, &path.key("ramp"), &table.ramp)? })
+    Ok(Load { kind, curve: course(doc, path, table)? })
 }
 
 /// Refuses keys that belong to another kind of load.
 fn check_keys(doc: &Document, path: &KeyPath, t: &LoadTable) -> Result<(), ScenarioError> {
     let allowed: &[&str] = match t.kind {
         LoadKindName::Traction => &["region", "traction"],
-        LoadKindName::Pressure => &["region", "pressure"],
+        LoadKindName::Pressure | LoadKindName::FollowerPressure => &["region", "pressure"],
         LoadKindName::BodyForce => &["region", "acceleration"],
         LoadKindName::Patch => &["pressure", "centre", "radius", "direction"],
     };
@@ -239,7 +275,7 @@ fn check_keys(doc: &Document, path: &KeyPath, t: &LoadTable) -> Result<(), Scena
             &path.key(key),
             format!("does not belong to a load of kind \"{}\"", kind_name(t.kind)),
             format!(
-                "such a load takes `{}` and `ramp`: remove the key or change the kind",
+                "such a load takes `{}` and `ramp` or `curve`: remove the key or change the kind",
                 allowed.join("`, `")
             ),
         )),
@@ -250,20 +286,47 @@ fn kind_name(kind: LoadKindName) -> &'static str {
     match kind {
         LoadKindName::Traction => "traction",
         LoadKindName::Pressure => "pressure",
+        LoadKindName::FollowerPressure => "follower_pressure",
         LoadKindName::BodyForce => "body_force",
         LoadKindName::Patch => "patch",
     }
 }
 
-fn ramp(doc: &Document, path: &KeyPath, table: &RampTable) -> Result<Ramp, ScenarioError> {
-    if table.to < table.from {
-        return Err(doc.error(
-            &path.key("to"),
-            format!("must not be earlier than `from` = {}", table.from),
+/// The course of a load in time.
+fn course(doc: &Document, path: &KeyPath, table: &LoadTable) -> Result<Curve, ScenarioError> {
+    match (&table.ramp, &table.curve) {
+        (None, None) => Ok(Curve::default()),
+        (Some(ramp), None) if ramp.to < ramp.from => Err(doc.error(
+            &path.key("ramp").key("to"),
+            format!("must not be earlier than `from` = {}", ramp.from),
             "equal times switch the load on at once",
-        ));
+        )),
+        (Some(ramp), None) => Ok(Curve::ramp(ramp.from, ramp.to)),
+        (None, Some(table)) => {
+            curve(doc, &path.key("curve"), (&table.time, &table.value), table.kind, table.periodic)
+        }
+        (Some(_), Some(_)) => Err(doc.error(
+            &path.key("curve"),
+            "`ramp` and `curve` exclude each other: each says how the load changes in time",
+            "remove one of the two",
+        )),
     }
-    Ok(Ramp { from: table.from, to: table.to })
+}
+
+/// The curve through the points written at `path`.
+fn curve(
+    doc: &Document,
+    path: &KeyPath,
+    (time, value): (&[f64], &[f64]),
+    kind: CurveKindName,
+    periodic: bool,
+) -> Result<Curve, ScenarioError> {
+    let between = match kind {
+        CurveKindName::Linear => Between::Linear,
+        CurveKindName::Step => Between::Step,
+        CurveKindName::Smooth => Between::Smooth,
+    };
+    Curve::new(time, value, between, periodic).map_err(|e| doc.error(&path.key(&e.key), e.problem, e.remedy))
 }
 
 /// `key` is missing, which `kind` needs.

@@ -31,6 +31,15 @@ impl Parameter {
     }
 }
 
+/// How a load or a motion changes in time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Course {
+    /// What, in words: `load 1: pressure 2000 Pa`.
+    pub name: String,
+    /// Times and factors, up to the end of the run.
+    pub points: Vec<[f64; 2]>,
+}
+
 /// One column of `probes.csv`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ProbeColumn {
@@ -82,6 +91,8 @@ pub struct RunInfo {
     pub material: Vec<Parameter>,
     /// Anything else worth a row in the report's table: shape, loads, integrator.
     pub parameters: Vec<Parameter>,
+    /// Loads and motions that change in time.
+    pub courses: Vec<Course>,
     /// The columns of `probes.csv`.
     pub probes: Vec<ProbeColumn>,
     /// Which axis points up in the report's view: y for organs.

@@ -14,12 +14,12 @@ pub mod polydata;
 pub mod probes;
 pub mod report;
 pub mod summary;
-mod units;
+pub(crate) mod units;
 pub mod voxels;
 pub mod vtkhdf;
 pub mod vtp;
 
-pub use info::{Parameter, ProbeColumn, RunInfo};
+pub use info::{Course, Parameter, ProbeColumn, RunInfo};
 pub use number::number;
 
 use crate::sink::{Event, Outcome, RunSink, SinkError};

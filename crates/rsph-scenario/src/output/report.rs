@@ -1,5 +1,6 @@
 //! `report.html`: one self-contained page about a run.
 
+mod curves;
 mod frames;
 mod history;
 mod packed;
@@ -142,6 +143,7 @@ impl Report {
             "lead" => tables::lead(info, summary),
             "cards" => tables::cards(info, summary),
             "parameters" => tables::parameters(info, summary),
+            "courses" => curves::section(info),
             "notes" => tables::notes(summary),
             "view_note" => escape(&view_note),
             "scenario" => escape(&info.scenario),

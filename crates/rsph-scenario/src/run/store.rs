@@ -2,12 +2,18 @@
 
 use super::RunStart;
 use super::writer_thread::WriterThread;
-use crate::output::{Parameter, ProbeColumn, RunInfo, RunWriters};
+use crate::output::units;
+use crate::output::{Course, Parameter, ProbeColumn, RunInfo, RunWriters};
 use crate::scenario::{AxesName, LabelMapValue, LoadedScenario, MaterialTables, ModeName, ShapeTable};
 use crate::sink::{RunSink, SinkError};
 use rsph_core::region::Axis;
-use rsph_core::setup::{Formulation, LoadKind, Mechanics, RemeshTrigger, STRAIN, Scheme, Setup, Units};
+use rsph_core::setup::{
+    Curve, Formulation, Load, LoadKind, Mechanics, Motion, RemeshTrigger, STRAIN, Scheme, Setup, Units,
+};
 use rsph_core::simulation::{OwnReading, own_readings};
+
+/// Intervals of the plot of a curve.
+const INTERVALS: u32 = 400;
 
 /// Opens the files of a run's folder.
 pub fn open(start: &RunStart<'_>) -> Result<Box<dyn RunSink>, SinkError> {
@@ -38,6 +44,7 @@ pub fn info(start: &RunStart<'_>) -> RunInfo {
         repair: setup.shape.repair().cloned(),
         material: material(start.scenario),
         parameters: parameters(start),
+        courses: courses(setup, start.scenario.tables().time.until),
         probes: probes(setup),
         up: up(start.scenario, setup.units),
     }
@@ -106,15 +113,52 @@ fn parameters(start: &RunStart<'_>) -> Vec<Parameter> {
     rows.push(time(start));
     rows.extend(remeshing(setup));
     let loads = setup.solid().map_or(&[][..], |solid| &solid.loads);
-    rows.extend(loads.iter().map(|load| match &load.kind {
+    rows.extend(loads.iter().map(size));
+    rows
+}
+
+/// A load where its curve is 1.
+fn size(load: &Load) -> Parameter {
+    match &load.kind {
         LoadKind::Traction { traction, .. } => Parameter::number("traction", traction.norm(), "Pa"),
         LoadKind::Pressure { pressure, .. } => Parameter::number("pressure", *pressure, "Pa"),
+        LoadKind::FollowerPressure { pressure, .. } => {
+            Parameter::number("pressure that follows the surface", *pressure, "Pa")
+        }
         LoadKind::BodyForce { acceleration, .. } => {
             Parameter::number("body force per mass", acceleration.norm(), "m/s^2")
         }
         LoadKind::Patch { pressure, .. } => Parameter::number("peak pressure of the patch", *pressure, "Pa"),
-    }));
-    rows
+    }
+}
+
+/// The curves of loads and motions up to the end of the run; loads at full strength from the start have none.
+fn courses(setup: &Setup, until: f64) -> Vec<Course> {
+    let Some(solid) = setup.solid() else { return Vec::new() };
+    let sampled = |name: String, factor: &dyn Fn(f64) -> f64| {
+        let at = |k: u32| until * f64::from(k) / f64::from(INTERVALS);
+        Course { name, points: (0..=INTERVALS).map(|k| [at(k), factor(at(k))]).collect() }
+    };
+    let loads = solid.loads.iter().enumerate().filter(|(_, load)| load.curve != Curve::default());
+    let of_loads = loads.map(|(i, load)| {
+        let Parameter { name, value, unit } = size(load);
+        let unit = units::bracket(setup.units, &unit);
+        sampled(format!("load {}: {name} {value}{unit}", i + 1), &|t| load.curve.at(t))
+    });
+    let motions = solid.boundaries.iter().enumerate().filter_map(|(i, b)| Some((i, b, b.motion.as_ref()?)));
+    let of_motions = motions.map(|(i, boundary, motion)| {
+        let which = boundary.name.as_ref().map_or_else(|| (i + 1).to_string(), |name| name.text.clone());
+        let by = match motion {
+            Motion::Curve { displacement: by, .. } | Motion::Oscillation { amplitude: by, .. } => by,
+        };
+        let unit = units::bracket(setup.units, "m");
+        let name = format!("boundary {which}: displacement {}{unit}", units::number(by.norm()));
+        sampled(name, &|t| match motion {
+            Motion::Curve { curve, .. } => curve.at(t),
+            Motion::Oscillation { frequency, .. } => (std::f64::consts::TAU * frequency * t).sin(),
+        })
+    });
+    of_loads.chain(of_motions).collect()
 }
 
 /// How time advances, if it does.

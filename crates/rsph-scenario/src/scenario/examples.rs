@@ -44,6 +44,10 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("boundary[].fix", "fix = [\"x\", \"y\", \"z\"]"),
     ("boundary[].motion", "motion = { ramp = { displacement = [0.0, 0.0, 0.1], from = 0.0, to = 1.0 } }"),
     (
+        "boundary[].motion.curve",
+        "motion = { curve = { displacement = [0.0, 0.0, 0.1], time = [0.0, 1.0, 2.0], value = [0.0, 1.0, 0.0] } }",
+    ),
+    (
         "boundary[].motion.oscillation",
         "motion = { oscillation = { amplitude = [0.0, 0.0, 0.1], frequency = 2.0 } }",
     ),
@@ -57,6 +61,10 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("load[].radius", "radius = 0.037"),
     ("load[].direction", "direction = [0.0, -1.0, 0.0]"),
     ("load[].ramp", "ramp = { from = 0.0, to = 0.1 }"),
+    (
+        "load[].curve",
+        "curve = { time = [0.0, 0.3, 0.8], value = [0.0, 1.0, 0.0], kind = \"smooth\", periodic = true }",
+    ),
     ("load[].ramp.to", "ramp = { from = 0.0, to = 0.1 }"),
     ("solver", "[solver]\nformulation = \"adjoint\""),
     ("solver.formulation", "formulation = \"adjoint\""),

@@ -57,7 +57,7 @@ pub enum BoundaryKind {
 }
 
 /// A motion in time.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum MotionTable {
     /// Moves by `displacement` between two times, then rests.
@@ -70,6 +70,21 @@ pub enum MotionTable {
         /// End (s), after `from`.
         to: f64,
     },
+    /// Moves by `displacement` times a curve through points.
+    Curve {
+        /// Displacement where the curve is 1 (m).
+        displacement: [f64; 3],
+        /// Times of the points (s), ascending.
+        time: Vec<f64>,
+        /// Factors at these times.
+        value: Vec<f64>,
+        /// How it goes from one point to the next. Default: "linear".
+        #[serde(default)]
+        kind: CurveKindName,
+        /// Whether what it does between the first and the last time repeats for ever. Default: it is constant outside.
+        #[serde(default)]
+        periodic: bool,
+    },
     /// `amplitude sin(2 pi frequency t)`.
     Oscillation {
         /// Amplitude of the displacement (m).
@@ -77,6 +92,35 @@ pub enum MotionTable {
         /// Frequency (Hz).
         frequency: f64,
     },
+}
+
+/// How a curve goes from one of its points to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CurveKindName {
+    /// Along a straight line.
+    #[default]
+    Linear,
+    /// Not at all: it keeps the value of a point until the time of the next one.
+    Step,
+    /// By monotone cubics, with a continuous rate.
+    Smooth,
+}
+
+/// A factor in time by points; constant before the first and after the last of them, or periodic.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CurveTable {
+    /// Times of the points (s), ascending.
+    pub time: Vec<f64>,
+    /// Factors at these times.
+    pub value: Vec<f64>,
+    /// How it goes from one point to the next. Default: "linear".
+    #[serde(default)]
+    pub kind: CurveKindName,
+    /// Whether what it does between the first and the last time repeats for ever. Default: it is constant outside.
+    #[serde(default)]
+    pub periodic: bool,
 }
 
 /// A factor that grows linearly from 0 to 1 between two times; a step if they are equal.
@@ -95,7 +139,7 @@ pub struct RampTable {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = [
     {"if": {"properties": {"kind": {"const": "traction"}}}, "then": {"required": ["region", "traction"]}},
-    {"if": {"properties": {"kind": {"const": "pressure"}}}, "then": {"required": ["region", "pressure"]}},
+    {"if": {"properties": {"kind": {"enum": ["pressure", "follower_pressure"]}}}, "then": {"required": ["region", "pressure"]}},
     {"if": {"properties": {"kind": {"const": "body_force"}}}, "then": {"required": ["acceleration"]}},
     {"if": {"properties": {"kind": {"const": "patch"}}},
      "then": {"required": ["pressure", "centre", "direction"], "properties": {"region": false}}},
@@ -103,11 +147,11 @@ pub struct RampTable {
 pub struct LoadTable {
     /// What kind of load.
     pub kind: LoadKindName,
-    /// Where on the surface (traction, pressure) or in the body (body_force; default: everywhere).
+    /// Where on the surface (traction, pressure, follower_pressure) or in the body (body_force; default: everywhere).
     pub region: Option<RegionTable>,
     /// Force per area (Pa), for kind "traction".
     pub traction: Option<[f64; 3]>,
-    /// Pressure (Pa), positive pushes inward, for kind "pressure"; the peak, for kind "patch".
+    /// Pressure (Pa), positive pushes inward, for kinds "pressure" and "follower_pressure"; the peak, for kind "patch".
     pub pressure: Option<f64>,
     /// Force per mass (m/s^2), such as gravity, for kind "body_force".
     pub acceleration: Option<[f64; 3]>,
@@ -117,9 +161,10 @@ pub struct LoadTable {
     pub radius: Option<f64>,
     /// Direction of the push, for kind "patch"; acts on the surface that faces against it.
     pub direction: Option<[f64; 3]>,
-    /// Its course in time. Default: at full strength from the start.
-    #[serde(default)]
-    pub ramp: RampTable,
+    /// Its course in time: it grows. Default: at full strength from the start.
+    pub ramp: Option<RampTable>,
+    /// Its course in time by points, in the place of `ramp`.
+    pub curve: Option<CurveTable>,
 }
 
 /// A kind of load.
@@ -128,8 +173,10 @@ pub struct LoadTable {
 pub enum LoadKindName {
     /// A force per area on part of the surface.
     Traction,
-    /// A pressure against the outward normal of part of the surface.
+    /// A pressure against the outward normal of part of the surface, as it is undeformed.
     Pressure,
+    /// A pressure that follows the deformed surface: against the normal that it has, on the area that it has.
+    FollowerPressure,
     /// A force per mass, such as gravity.
     BodyForce,
     /// A smeared local push: `pressure exp(-d^2/radius^2) direction`.

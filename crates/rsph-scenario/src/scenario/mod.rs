@@ -24,7 +24,8 @@ pub(crate) use explain::{remedy_at, suggestion};
 pub use keypath::KeyPath;
 pub use label_map::{AxesName, LabelMapTable, LabelMapValue};
 pub use loads::{
-    BoundaryKind, BoundaryTable, ComponentName, LoadKindName, LoadTable, MotionTable, RampTable,
+    BoundaryKind, BoundaryTable, ComponentName, CurveKindName, CurveTable, LoadKindName, LoadTable,
+    MotionTable, RampTable,
 };
 pub use material::{MaterialTable, MaterialTables, ModulusTable};
 pub use region::{AxisName, RegionTable, SideName};

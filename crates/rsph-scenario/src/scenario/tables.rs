@@ -257,7 +257,7 @@ fn first_mode() -> usize {
 pub struct SolverTable {
     /// Whether the body moves in time or goes straight to equilibrium. Default: "dynamic".
     pub mode: ModeName,
-    /// Number of equilibria of mode "static", at as many moments up to `time.until`; loads without a ramp
+    /// Number of equilibria of mode "static", at as many moments up to `time.until`; loads without a curve
     /// grow with them. Default: 1.
     #[schemars(range(min = 1))]
     pub steps: usize,

@@ -11,7 +11,7 @@ use rsph_core::simulation::{Conservation, Description, Reading};
 use rsph_core::snapshot::Snapshot;
 use rsph_core::surface::{Surface, SurfaceField};
 use rsph_core::tensor::{Mat3, SymTensor, Vec3};
-use rsph_scenario::output::{Parameter, ProbeColumn, RunInfo};
+use rsph_scenario::output::{Course, Parameter, ProbeColumn, RunInfo};
 use rsph_scenario::sink::{Outcome, Status};
 
 /// Displacement gradient of the made-up motion, which bends a little more towards the top.
@@ -162,6 +162,10 @@ pub fn info() -> RunInfo {
             Parameter::number("relaxation time", 0.2, "s"),
         ],
         parameters: vec![Parameter::new("shape", "ball of radius 1", "m")],
+        courses: vec![Course {
+            name: "load 1: pressure <2 kPa>".to_owned(),
+            points: vec![[0.0, 0.0], [0.5, 1.0], [1.0, 0.25]],
+        }],
         probes: [
             ("extension", "displacement.z"),
             ("tip_x", "displacement.x"),

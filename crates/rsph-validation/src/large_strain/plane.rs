@@ -7,7 +7,7 @@ use rsph_core::material::{Material, NeoHookean, SaintVenantKirchhoff};
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Integration, Load, LoadKind, Probe, Quantity, Ramp, Scheme, Setup, SolidSetup, Solver, TimeStep,
+    Curve, Integration, Load, LoadKind, Probe, Quantity, Scheme, Setup, SolidSetup, Solver, TimeStep,
 };
 use rsph_core::shape::PolygonShape;
 use rsph_core::simulation::Simulation;
@@ -34,7 +34,7 @@ pub(super) fn cook(quick: bool) -> Result<Vec<Row>, String> {
                 region: beyond(Axis::X, 48.0, Side::Above),
                 traction: Vec3::y() * (100.0 / 16.0),
             };
-            membrane.mechanics.loads.push(Load { kind, ramp: Ramp::default() });
+            membrane.mechanics.loads.push(Load { kind, curve: Curve::default() });
             let tip = at_rest(membrane)?;
             let name = format!("finite strain: Cook's membrane, nu = {nu}, {} across", 44.0 / spacing);
             rows.push(Row::within(name, tip.y, exact, percent, "m"));
@@ -98,7 +98,7 @@ fn beam_of(across: usize, young_modulus: f64) -> Result<Setup<SolidSetup>, Strin
         Region::SurfacePatch { centre: Vec3::new(0.2495, 0.2, 0.0), radius: 0.0105, facing: -Vec3::x() };
     beam.mechanics.boundaries.push(held(end, None));
     let kind = LoadKind::BodyForce { region: Region::All, acceleration: -2.0 * Vec3::y() };
-    beam.mechanics.loads.push(Load { kind, ramp: Ramp::default() });
+    beam.mechanics.loads.push(Load { kind, curve: Curve::default() });
     Ok(beam)
 }
 

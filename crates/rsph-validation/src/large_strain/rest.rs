@@ -6,7 +6,7 @@ use crate::surfaces::case::beyond as outside;
 use crate::surfaces::{POSITIONS, TURNS, placed};
 use rsph_core::material::NeoHookean;
 use rsph_core::region::{Axis, Region, Side};
-use rsph_core::setup::{Load, LoadKind, Probe, Quantity, Ramp, RemeshTrigger, Setup, SolidSetup, Solver};
+use rsph_core::setup::{Curve, Load, LoadKind, Probe, Quantity, RemeshTrigger, Setup, SolidSetup, Solver};
 use rsph_core::shape::{BoxShape, RectangleShape};
 use rsph_core::simulation::{Equilibrium, Simulation};
 use rsph_core::tensor::Vec3;
@@ -20,7 +20,7 @@ const CUBE_EXTENSIONS: [(f64, f64); 4] =
     [(0.3, CUBE_EXTENSION), (0.45, 0.364032), (0.49, 0.363168), (0.499, 0.362924)];
 fn dead_load(axis: Axis, traction: Vec3) -> Load {
     let region = beyond(axis, 1.0, Side::Above);
-    Load { kind: LoadKind::Traction { region, traction }, ramp: Ramp { from: 0.0, to: 1.0 } }
+    Load { kind: LoadKind::Traction { region, traction }, curve: Curve::ramp(0.0, 1.0) }
 }
 
 /// A body at rest under loads and plates that grow in `steps` equal steps to what they are at time 1, remeshed after some of
@@ -106,7 +106,7 @@ fn cube_setup(
     setup.mechanics.material = Arc::new(NeoHookean::new(1.0, 10.0, nu, 0.0).map_err(|e| e.to_string())?);
     setup.mechanics.boundaries.push(held(outside(Vec3::zeros(), -up), None));
     let kind = LoadKind::Traction { region: outside(up, up), traction: 3.0 * up };
-    setup.mechanics.loads.push(Load { kind, ramp: Ramp { from: 0.0, to: 1.0 } });
+    setup.mechanics.loads.push(Load { kind, curve: Curve::ramp(0.0, 1.0) });
     Ok(setup)
 }
 

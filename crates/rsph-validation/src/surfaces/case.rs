@@ -3,7 +3,7 @@
 use rsph_core::material::KelvinVoigt;
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{Boundary, Fix, Load, LoadKind, Ramp, Setup, SolidSetup, Solver, Units};
+use rsph_core::setup::{Boundary, Curve, Fix, Load, LoadKind, Setup, SolidSetup, Solver, Units};
 use rsph_core::shape::Shape;
 use rsph_core::simulation::{Equilibrium, Simulation};
 use rsph_core::tensor::{SymTensor, Vec3};
@@ -39,7 +39,7 @@ impl Case {
     /// The body before it is loaded.
     pub fn body(self, solver: Solver) -> Result<Simulation, String> {
         let Self { shape, spacing, nu, boundaries, loads } = self;
-        let load = |kind| Load { kind, ramp: Ramp::default() };
+        let load = |kind| Load { kind, curve: Curve::default() };
         Simulation::new(Setup {
             units: Units::Normalised,
             solver,

@@ -10,7 +10,7 @@ use rsph_core::simulation::{Equilibrium, Simulation};
 use rsph_core::tensor::{SymTensor, Vec3};
 
 /// Sides of a polygon that stands for a curve; of a square, corners among them.
-const SIDES: u32 = 404;
+pub const SIDES: u32 = 404;
 /// Peak stress at the hole of a plate over the load, its half-width over the radius, and mean displacement of its end
 /// (`validation/references/plate_with_hole.py`).
 const HOLE: (f64, f64, f64) = (3.58322, 4.0, 4.28549);
@@ -179,7 +179,7 @@ pub fn membrane(quick: bool, rows: &mut Vec<Row>) -> Result<(), String> {
 }
 
 /// The inner wall of a ring: all that is nearer to the axis than the middle of the wall, in slices that balls cover.
-fn inner_wall(a: f64, b: f64, spacing: f64) -> Region {
+pub fn inner_wall(a: f64, b: f64, spacing: f64) -> Region {
     let slices = (0..=4)
         .map(|k| Region::Ball { centre: Vec3::new(0.0, 0.0, f64::from(k) * spacing), radius: 0.5 * (a + b) });
     let faces = [0.0, 4.0 * spacing].map(|z| Region::Box {

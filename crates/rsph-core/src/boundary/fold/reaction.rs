@@ -19,6 +19,8 @@ pub struct ImageSums<'a> {
     pub volume: &'a dyn Fn(usize) -> f64,
     /// kappa.
     pub hourglass: f64,
+    /// What kappa is multiplied by for a particle.
+    pub modulus: &'a dyn Fn(usize) -> f64,
     /// Sums of the second sweep.
     pub sums: &'a [Tile],
 }
@@ -38,7 +40,7 @@ impl ImageSums<'_> {
         // A particle sees an image as its own image is seen by the other one.
         for neighbour in &self.lattice.neighbours {
             if let Some(seen) = self.lattice.seen(b, neighbour).filter(|seen| seen.mirrors == set) {
-                let vw = (self.volume)(seen.particle) * neighbour.w;
+                let vw = (self.volume)(seen.particle) * (self.modulus)(seen.particle) * neighbour.w;
                 springs += vw * (image - (self.z)(seen.particle));
             }
         }

@@ -7,6 +7,7 @@ use super::correction::{GENERAL, SYMMETRIC};
 use super::materials::Materials;
 use super::stress::{Change, Hooke, HookeByPlace, PositiveChange, State, Total};
 use crate::boundary::force_sums::ForceSums;
+use crate::boundary::nodal_load::NodalLoad;
 use crate::dynamics::Scales;
 use crate::material::Material;
 use crate::ops::PAIR_COMPONENTS;
@@ -138,6 +139,7 @@ impl Solid {
         if self.is_linear() {
             return;
         }
+        NodalLoad::linearise(&mut self.loads, t, share, Some(u));
         self.spread_share(t, share, u);
         let mut state = std::mem::take(&mut self.work.state);
         let taken = taken.filter(|_| !state.values.is_empty());
@@ -169,13 +171,15 @@ impl Solid {
     }
 
     /// Replaces the tangent, until the next state, by the positive F^-T C : sym(F^-1 dF), C the stiffness of the undeformed
-    /// material: it turns with the body, knows its volume, and leaves the stress out; or takes this back.
+    /// material: it turns with the body, knows its volume, and leaves the stress and loads that follow the surface out; or takes
+    /// this back.
     pub fn make_tangent_positive(&mut self, positive: bool) {
         self.work.state.is_positive = positive;
     }
 
     /// Takes the undeformed body as the state about which [`Solid::apply`] is the tangent.
     pub fn linearise_undeformed(&mut self) {
+        NodalLoad::linearise(&mut self.loads, 0.0, 1.0, None);
         let mixed = if self.is_linear() {
             Vec::new()
         } else {

@@ -22,7 +22,9 @@ impl Solid {
             self.adjoint_sweep();
             self.take_forces(&mut force);
         }
-        force.iter_mut().zip(self.load_at(t)).for_each(|(force, load)| *force += load);
+        let mut load = vec![0.0; u.len()];
+        self.load_at(t, u, &mut load);
+        force.iter_mut().zip(load).for_each(|(force, load)| *force += load);
 
         let mut reactions: Vec<Reaction> = about.iter().copied().map(Reaction::about).collect();
         let arms = Arms { reference: x, displacement: (!self.is_linear()).then_some(u) };
@@ -39,6 +41,7 @@ impl Solid {
                 self.constants.volume(t)[lane]
             },
             hourglass: self.hourglass,
+            modulus: &|a| self.modulus(a),
             sums: &self.work.q,
         };
         self.lift.folds.add_reactions(&sums, &arms, &mut reactions);

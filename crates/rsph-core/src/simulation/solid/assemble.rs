@@ -157,6 +157,11 @@ impl LatticeParticles {
         let area = (by_faces && setup.mechanics.loads.iter().any(on_faces))
             .then(|| area_vectors(&solid.lattice, &solid.moments(), &[]));
         let (spacing, positions) = (solid.lattice.spacing, self.positions());
+        let follows = |l: &Load| matches!(l.kind, LoadKind::FollowerPressure { .. });
+        let cloud = (!solid.is_linear() && setup.mechanics.loads.iter().any(follows))
+            .then(|| Cloud::new(&positions, &self.volume, spacing).in_dimension(setup.shape.dimension()));
+        let gradient_weights =
+            |x: &Vec3| cloud.as_ref().map_or_else(Vec::new, |cloud| cloud.gradient_weights(x));
         let loaded = LoadedBody {
             shape: &*setup.shape,
             mass: &solid.mass,
@@ -165,6 +170,7 @@ impl LatticeParticles {
             tolerance: 1e-3 * spacing,
             boundary,
             surface,
+            gradient_weights: cloud.as_ref().map(|_| &gradient_weights as _),
             faces: area.as_deref().map(|area_vectors| Faces {
                 area_vectors,
                 depth: flat_face::DEPTH * solid.lattice.smoothing_length,

@@ -45,7 +45,7 @@ pub(super) fn check(setup: &Setup<SolidSetup>) -> Result<(), InvalidInput> {
                 "hold it at a plane across x or y",
             ));
         }
-        if boundary.motion.is_some_and(|motion| motion.moves_along(2)) {
+        if boundary.motion.as_ref().is_some_and(|motion| motion.moves_along(2)) {
             return Err(across(format!("boundary[{i}].motion")));
         }
     }
@@ -54,7 +54,7 @@ pub(super) fn check(setup: &Setup<SolidSetup>) -> Result<(), InvalidInput> {
             LoadKind::Traction { traction, .. } => ("traction", traction),
             LoadKind::BodyForce { acceleration, .. } => ("acceleration", acceleration),
             LoadKind::Patch { direction, .. } => ("direction", direction),
-            LoadKind::Pressure { .. } => continue,
+            LoadKind::Pressure { .. } | LoadKind::FollowerPressure { .. } => continue,
         };
         if vector.z != 0.0 {
             return Err(across(format!("load[{i}].{key}")));

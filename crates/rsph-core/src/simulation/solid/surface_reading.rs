@@ -18,7 +18,7 @@ use crate::measures::LocalState;
 use crate::mesh::TriangleMesh;
 use crate::mls::{Cloud, GradientFit};
 use crate::neighbors::CellList;
-use crate::setup::{Load, Ramp, Setup, SolidSetup};
+use crate::setup::{Curve, Load, Setup, SolidSetup};
 use crate::surface::VertexStrain;
 use crate::tensor::{Mat3, SymTensor, Vec3};
 use rayon::prelude::*;
@@ -124,10 +124,30 @@ impl SurfaceReading {
         Ok(Self { vertices, materials, settled: Settled::default() })
     }
 
+    /// Number of the material at vertex `i`.
+    fn number(&self, i: usize) -> usize {
+        self.materials.get(i).map_or(0, |m| m.0)
+    }
+
     /// The material at vertex `i`, and the factor of its moduli.
     fn material<'a>(&self, solid: &'a SolidSetup, i: usize) -> (&'a dyn Material, f64) {
-        let (k, factor) = self.materials.get(i).copied().unwrap_or((0, 1.0));
-        (&**solid.materials().nth(k).unwrap_or(&solid.material), factor)
+        let factor = self.materials.get(i).map_or(1.0, |m| m.1);
+        (&**solid.materials().nth(self.number(i)).unwrap_or(&solid.material), factor)
+    }
+
+    /// Factors of the tractions at time `t` as every material has relaxed to them.
+    fn relaxed_factors(
+        &self,
+        loading: &Loading<'_>,
+        tractions: &Tractions<'_>,
+        t: f64,
+        at_rest: bool,
+    ) -> Vec<Vec<f64>> {
+        let of = |material: &Arc<dyn Material>| {
+            let relaxation_time = if at_rest { 0.0 } else { material.relaxation_time() };
+            tractions.factors(|curve| self.relaxed_factor(curve, t, relaxation_time))
+        };
+        loading.solid.materials().map(of).collect()
     }
 
     /// Fits of the gradient at the places that are read.
@@ -148,10 +168,12 @@ impl SurfaceReading {
     ) -> Vec<VertexStrain> {
         let longest = loading.solid.relaxation_time();
         let tractions = Tractions::new(loading);
+        let at_present = tractions.factors(|curve| curve.at(t));
+        let relaxed = self.relaxed_factors(loading, &tractions, t, false);
         let read = |(i, (vertex, fit)): (usize, (&Vertex, &GradientFit))| {
             let is_pushed = !pushed.is_empty() && cloud.rests_on(fit, pushed);
             let free = if is_pushed { Mat3::zeros() } else { vertex.free };
-            let now = tractions.at(vertex, |ramp| ramp.at(t));
+            let now = |f: &Mat3| tractions.at(vertex, &at_present, f);
             let (material, factor) = self.material(loading.solid, i);
             let relaxation_time = material.relaxation_time();
             let g = cloud.gradient(fit, &u);
@@ -161,7 +183,9 @@ impl SurfaceReading {
                 Law::Linear(stiffness) => stiffness * factor,
                 Law::FiniteStrain(law) => {
                     let law = Scaled { law, factor };
-                    let f = with_nominal_traction(&law, (&vertex.normal, &free), &g, &rate, &now);
+                    // The area that a fit gives the surface stays, whatever changes across it.
+                    let traction = now(&(Mat3::identity() + g));
+                    let f = with_nominal_traction(&law, (&vertex.normal, &free), &g, &rate, &traction);
                     let (strain, stress) =
                         Law::FiniteStrain(&law).measures(relaxation_time, &(f - Mat3::identity()), &rate);
                     let turned = f.try_inverse().map(|inverse| inverse.transpose() * vertex.normal);
@@ -172,11 +196,12 @@ impl SurfaceReading {
             };
             let gradient_of =
                 |g: Mat3, traction: Vec3| with_traction(&stiffness, (&vertex.normal, &free), &g, &traction);
-            let settled = self.relaxed(i, vertex, &tractions, t, relaxation_time);
+            let settled = self.left(i, t, relaxation_time)
+                + tractions.at(vertex, &relaxed[self.number(i)], &Mat3::identity());
             let gradient = gradient_of(g, settled);
             let strain = SymTensor::symmetric_part(&gradient);
             let stress = if relaxation_time > 0.0 {
-                let effective = gradient_of(g + rate * relaxation_time, now);
+                let effective = gradient_of(g + rate * relaxation_time, now(&Mat3::identity()));
                 stiffness.stress(SymTensor::symmetric_part(&effective))
             } else {
                 stiffness.stress(strain)
@@ -212,43 +237,53 @@ impl SurfaceReading {
             return;
         }
         let tractions = Tractions::new(loading);
+        let relaxed = self.relaxed_factors(loading, &tractions, t, at_rest);
         let each = |(i, vertex): (usize, &Vertex)| {
-            let relaxation_time = self.material(loading.solid, i).0.relaxation_time();
-            self.relaxed(i, vertex, &tractions, t, if at_rest { 0.0 } else { relaxation_time })
+            let relaxation_time =
+                if at_rest { 0.0 } else { self.material(loading.solid, i).0.relaxation_time() };
+            self.left(i, t, relaxation_time)
+                + tractions.at(vertex, &relaxed[self.number(i)], &Mat3::identity())
         };
         let traction = self.vertices.par_iter().enumerate().map(each).collect();
         self.settled = Settled { time: t, traction };
     }
 
-    /// C e n of vertex `i` at time `t`.
-    fn relaxed(&self, i: usize, vertex: &Vertex, tractions: &Tractions<'_>, t: f64, relaxation: f64) -> Vec3 {
-        if relaxation <= 0.0 {
-            return tractions.at(vertex, |ramp| ramp.at(t));
-        }
+    /// What a traction at factor 1 has made of C e n up to time `t`, from nothing at the settled time.
+    fn relaxed_factor(&self, curve: &Curve, t: f64, relaxation: f64) -> f64 {
+        if relaxation > 0.0 { curve.relaxed(self.settled.time, t, relaxation) } else { curve.at(t) }
+    }
+
+    /// What is left at time `t` of the settled C e n of vertex `i`.
+    fn left(&self, i: usize, t: f64, relaxation: f64) -> Vec3 {
         let Settled { time, traction } = &self.settled;
-        let before = traction.get(i).copied().unwrap_or_default() * ((time - t) / relaxation).exp();
-        before + tractions.at(vertex, |ramp| relaxed_factor(ramp, *time, t, relaxation))
+        let factor = if relaxation > 0.0 { ((time - t) / relaxation).exp() } else { 0.0 };
+        traction.get(i).copied().unwrap_or_default() * factor
     }
 }
 
-/// The loads on a surface at factor 1, with their ramps.
+/// The loads on a surface at factor 1, with their curves.
 struct Tractions<'a> {
-    loads: Vec<(SurfaceTraction<'a>, &'a Ramp)>,
+    loads: Vec<(SurfaceTraction<'a>, &'a Curve)>,
     tolerance: f64,
 }
 
 impl<'a> Tractions<'a> {
     fn new(loading: &Loading<'a>) -> Self {
-        let of = |load: &'a Load| (SurfaceTraction::new(&load.kind, loading.surface), &load.ramp);
+        let of = |load: &'a Load| (SurfaceTraction::new(&load.kind, loading.surface), &load.curve);
         Self { loads: loading.loads.iter().map(of).collect(), tolerance: TOLERANCE * loading.spacing }
     }
 
-    /// The sum of all at a vertex, each times a factor.
-    fn at(&self, vertex: &Vertex, factor: impl Fn(&Ramp) -> f64) -> Vec3 {
-        let of = |(traction, ramp): &(SurfaceTraction<'_>, &Ramp)| {
-            traction.at(&vertex.x, &vertex.normal, self.tolerance) * factor(ramp)
+    /// What that makes of the curve of each.
+    fn factors(&self, factor: impl Fn(&Curve) -> f64) -> Vec<f64> {
+        self.loads.iter().map(|(_, curve)| factor(curve)).collect()
+    }
+
+    /// The sum of all at a vertex with the deformation gradient `f`, each times its factor.
+    fn at(&self, vertex: &Vertex, factors: &[f64], f: &Mat3) -> Vec3 {
+        let of = |((traction, _), factor): (&(SurfaceTraction<'_>, &Curve), &f64)| {
+            traction.at(&vertex.x, &vertex.normal, f, self.tolerance) * *factor
         };
-        self.loads.iter().map(of).sum()
+        self.loads.iter().zip(factors).map(of).sum()
     }
 }
 
@@ -311,47 +346,10 @@ fn with_nominal_traction(
     fit
 }
 
-/// s at time `to` with T ds/dt + s = the ramp's factor, from s = 0 at time `from`.
-fn relaxed_factor(ramp: &Ramp, from: f64, to: f64, relaxation: f64) -> f64 {
-    // Between corners the factor is a + b (t - t0), where s - (a + b (t - t0) - b T) decays.
-    let mut corners = [from, ramp.from.clamp(from, to), ramp.to.clamp(from, to), to];
-    corners.sort_by(f64::total_cmp);
-    corners.windows(2).fold(0.0, |s, ends| {
-        let (start, end) = (ends[0], ends[1]);
-        if end <= start {
-            return s;
-        }
-        let slope = ramp.rate(0.5 * (start + end));
-        let middle = ramp.at(0.5 * (start + end));
-        let steady = |t: f64| middle + slope * (t - 0.5 * (start + end) - relaxation);
-        steady(end) + (s - steady(start)) * (-(end - start) / relaxation).exp()
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::material::{KelvinVoigt, NeoHookean};
-
-    #[test]
-    fn a_relaxed_factor_solves_its_equation() {
-        let relaxation = 0.2;
-        for ramp in [Ramp { from: 0.1, to: 0.4 }, Ramp { from: 0.3, to: 0.3 }, Ramp { from: -0.2, to: 0.1 }] {
-            let (steps, end) = (100_000, 0.9);
-            let dt = end / f64::from(steps);
-            let mut s = 0.0;
-            for k in 0..steps {
-                let t = (f64::from(k) + 0.5) * dt;
-                s += dt / relaxation * (ramp.at(t) - s);
-            }
-            let found = relaxed_factor(&ramp, 0.0, end, relaxation);
-            assert!((found - s).abs() < 1e-4, "{ramp:?}: {found} {s}");
-            // In two pieces, the first of which decays.
-            let first = relaxed_factor(&ramp, 0.0, 0.25, relaxation) * (-(end - 0.25) / relaxation).exp();
-            let pieces = first + relaxed_factor(&ramp, 0.25, end, relaxation);
-            assert!((found - pieces).abs() < 1e-12);
-        }
-    }
 
     #[test]
     fn a_nominal_traction_is_met_at_large_strain_and_the_rest_stays() {
