@@ -9,15 +9,24 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeAlias
 
+import numpy as np
+import numpy.typing as npt
+
 from rsph import _rsph
+from rsph._curve import CurveFit, from_curve
+from rsph._loading import STRESS_KINDS, component, is_isotropic, modes_of, one_of
 from rsph._relaxation import Relaxation, from_relaxation
-from rsph._scenario import check
+from rsph._scenario import check, scenario
+from rsph.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
+
+    from rsph._fit import Array
 
 __all__ = [
     "Corotated",
+    "CurveFit",
     "Fung",
     "HolzapfelGasserOgden",
     "KelvinVoigt",
@@ -31,6 +40,7 @@ __all__ = [
     "SaintVenantKirchhoff",
     "VerondaWestmann",
     "Yeoh",
+    "from_curve",
     "from_relaxation",
     "model",
     "models",
@@ -91,6 +101,64 @@ class Material:
     def parameters(self) -> dict[str, float | list[float]]:
         """Parameters by name."""
         return dict(self._parameters)
+
+    def first_piola(self, deformation_gradient: npt.ArrayLike) -> Array:
+        """First Piola-Kirchhoff stress at rest (Pa): force over undeformed area.
+
+        Args:
+            deformation_gradient: F = dx/dX, shape (..., 3, 3), which is also that of the stress.
+        """
+        f = np.asarray(deformation_gradient, dtype=np.float64)
+        if f.shape[-2:] != (3, 3):
+            raise InputError(
+                f"`deformation_gradient` has the shape {f.shape}",
+                key="deformation_gradient",
+                value=str(f.shape),
+                remedy="give three rows of three numbers, in an array of shape (..., 3, 3)",
+            )
+        law = _rsph.Law(scenario(material=self._as_table()))
+        return law.first_piola(f.reshape(-1, 3, 3)).reshape(f.shape)
+
+    def stress(
+        self,
+        stretch: npt.ArrayLike,
+        *,
+        mode: str | Sequence[str] = "uniaxial",
+        stress_kind: str = "nominal",
+    ) -> Array:
+        """Stress at rest (Pa) along the stretch, as a testing machine measures it.
+
+        >>> gel = MooneyRivlin(density=1000.0, c10=500.0, poisson_ratio=0.4999)
+        >>> gel.stress([0.5, 2.0]).round(-1)
+        array([-3500.,  1750.])
+
+        Args:
+            stretch: length over undeformed length, or amount of shear in the mode ``shear``,
+                shape (N,) or one number.
+            mode: as of :func:`from_curve`; no stress acts on the free faces.
+            stress_kind: ``nominal`` (force over undeformed area) or ``cauchy``.
+
+        Raises:
+            InputError: the material is not isotropic, so that it shears when it is pulled.
+        """
+        one_of("stress_kind", stress_kind, STRESS_KINDS)
+        x = np.asarray(stretch, dtype=np.float64)
+        modes = modes_of(mode, x.shape).ravel()
+        first_piola = _rsph.Law(scenario(material=self._as_table())).first_piola
+        if not is_isotropic(first_piola):
+            raise InputError(
+                f"`{self._model}` with fibres: what it does when it is pulled depends on the way",
+                key="model",
+                value=self._model,
+                remedy="use first_piola with a deformation gradient",
+            )
+        if not (x.ravel()[modes != "shear"] > 0.0).all():
+            raise InputError(
+                "`stretch`: must be positive, the length over the undeformed length",
+                key="stretch",
+                remedy="add 1 to a strain",
+            )
+        return component(first_piola, x.ravel(), modes, stress_kind).reshape(x.shape)
 
     def _as_table(self) -> dict[str, object]:
         return {"model": self._model, **self._parameters}

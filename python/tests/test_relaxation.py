@@ -108,3 +108,43 @@ def test_wrong_options_are_refused():
         rsph.materials.from_relaxation(t, values, sigma=0.0)
     with pytest.raises(rsph.InputError, match="poisson_ratio"):
         rsph.materials.from_relaxation(t, values, poisson_ratio=0.5)
+
+
+def test_the_whole_series_is_handed_over_with_its_uncertainty():
+    rng = np.random.default_rng(11)
+    t = np.geomspace(0.01, 60.0, 120)
+    truth = 1e4 * (1 + 0.8 * np.exp(-t / 0.2) + 0.5 * np.exp(-t / 5.0))
+    expected, draws = np.array([[0.8, 0.2], [0.5, 5.0]]), 100
+    held, values, errors = np.zeros((2, 2)), [], []
+    for _ in range(draws):
+        fit = rsph.materials.from_relaxation(t, truth + 50.0 * rng.standard_normal(t.size), terms=2)
+        low, high = fit.prony_intervals
+        held += (low <= expected) & (expected <= high)
+        values.append(fit.prony)
+        errors.append(fit.prony_errors)
+    assert (np.abs(held - 0.95 * draws) < 3 * np.sqrt(draws * 0.95 * 0.05)).all(), held
+    np.testing.assert_allclose(np.mean(errors, 0), np.std(values, 0), rtol=0.2)
+    np.testing.assert_allclose(np.mean(values, 0), expected, rtol=0.02)
+    # The limit and the series are the fitted modulus.
+    share, time = fit.prony.T
+    series = fit.young_modulus * (1 + np.exp(-t[:, None] / time) @ share)
+    np.testing.assert_allclose(fit.modulus(t), series, rtol=1e-12)
+
+
+def test_a_material_of_any_law_relaxes_by_the_series():
+    fit = rsph.materials.from_relaxation(*measured(), density=1060.0, poisson_ratio=0.45)
+    try:
+        solid = fit.viscoelastic()
+    except TypeError:
+        pytest.skip("materials have no Prony series")
+    assert solid.model == "neo-hookean"
+    assert solid.parameters["young_modulus"] == pytest.approx(2e4, rel=1e-6)
+    assert solid.parameters["relaxation_time"] == 0.0
+    np.testing.assert_allclose(solid.parameters["prony"], [[0.5, 1.5]], rtol=1e-6)
+    tissue = rsph.materials.Yeoh(density=1000.0, c1=500.0, c2=80.0, poisson_ratio=0.49)
+    relaxing = fit.viscoelastic(tissue)
+    assert relaxing.model == "yeoh"
+    np.testing.assert_allclose(relaxing.parameters["prony"], [[0.5, 1.5]], rtol=1e-6)
+    # At rest it is the law itself.
+    stretch = [0.8, 1.0, 1.3]
+    np.testing.assert_array_equal(relaxing.stress(stretch), tissue.stress(stretch))

@@ -12,6 +12,7 @@ mod field;
 mod force;
 mod history;
 mod interrupt;
+mod law;
 mod results;
 mod run;
 mod sampling;
@@ -25,6 +26,8 @@ use pyo3::prelude::*;
 /// The compiled module `rsph._rsph`.
 #[pymodule]
 mod _rsph {
+    #[pymodule_export]
+    use crate::law::Law;
     #[pymodule_export]
     use crate::results::{describe_results, read_field, read_frame};
     #[pymodule_export]
