@@ -5,6 +5,7 @@ mod checks;
 mod motion;
 mod parts;
 mod probes;
+mod surface_part;
 
 use crate::scenario::{
     BodyTable, Document, FieldTable, FormulationName, Integrator, KeyPath, LoadedScenario, ModeName,

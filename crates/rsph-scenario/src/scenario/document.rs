@@ -8,7 +8,10 @@ use super::places::{find, path_at};
 use super::tables::Scenario;
 use rsph_core::error::InvalidInput;
 use serde::Deserialize;
+use std::path::{Path, PathBuf};
 use toml::de::DeTable;
+use toml_edit::visit_mut::{self, VisitMut};
+use toml_edit::{Item, KeyMut};
 
 /// Longer values are cut in messages.
 const MAX_VALUE: usize = 80;
@@ -20,6 +23,7 @@ pub struct Document {
     original: String,
     edited: String,
     overrides: Vec<Override>,
+    folder: PathBuf,
 }
 
 impl Document {
@@ -30,7 +34,13 @@ impl Document {
         }
         // Syntax first: a message about a syntax error must point into the file as it is.
         DeTable::parse(&original).map_err(|e| syntax_error(name, &original, &e))?;
-        let mut document = Self { name: name.into(), edited: original.clone(), original, overrides: vec![] };
+        let mut document = Self {
+            name: name.into(),
+            edited: original.clone(),
+            original,
+            overrides: vec![],
+            folder: PathBuf::new(),
+        };
         if !sets.is_empty() {
             let mut tree: toml_edit::DocumentMut =
                 document.original.parse().map_err(|e: toml_edit::TomlError| {
@@ -48,6 +58,16 @@ impl Document {
         Ok(document)
     }
 
+    /// The same text, whose relative paths start at `folder`.
+    pub(super) fn in_folder(self, folder: PathBuf) -> Self {
+        Self { folder, ..self }
+    }
+
+    /// Where relative paths start.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Name of the file in messages.
     pub fn name(&self) -> &str {
         &self.name
@@ -58,21 +78,21 @@ impl Document {
         &self.edited
     }
 
-    /// The text with the edits in it and with the file `path` at `place`, or at `path` in the table there.
-    pub(super) fn with_path(&self, place: &[&str], path: &std::path::Path) -> String {
+    /// The text with the edits in it, where the file at `body`, or at `path` in the table there, and those of parts have absolute paths.
+    pub(super) fn with_absolute_paths(&self, body: &[&str]) -> String {
         let Ok(mut tree) = self.edited.parse::<toml_edit::DocumentMut>() else { return self.edited.clone() };
-        let item = place.iter().try_fold(tree.as_item_mut(), |item, key| item.get_mut(key));
-        if let Some(item) = item {
-            let value = toml_edit::value(path.display().to_string());
-            match item.get_mut("path") {
-                Some(inner) => *inner = value,
-                None => *item = value,
-            }
+        let mut paths = Paths { folder: &self.folder };
+        let item = body.iter().try_fold(tree.as_item_mut(), |item, key| item.get_mut(key));
+        match item {
+            Some(item) if item.is_str() => paths.make_absolute(item),
+            Some(item) => paths.make_absolute_in(item),
+            None => {}
         }
+        paths.visit_document_mut(&mut tree);
         tree.to_string()
     }
 
-    pub(super) fn tables(&self) -> Result<Scenario, ScenarioError> {
+    pub(crate) fn tables(&self) -> Result<Scenario, ScenarioError> {
         let whole = |e: &toml::de::Error| syntax_error(&self.name, &self.edited, e);
         let values: toml::Table = self.edited.parse().map_err(|e| whole(&e))?;
         if let Some(path) = first_not_finite(&toml::Value::Table(values), &KeyPath::default()) {
@@ -147,6 +167,37 @@ impl Document {
         let text = self.edited.get(found.value)?.split_whitespace().collect::<Vec<_>>().join(" ");
         let short: String = text.chars().take(MAX_VALUE).collect();
         Some(if short.len() < text.len() { format!("{short}...") } else { short })
+    }
+}
+
+/// Makes paths absolute that start at a folder: those of parts where it visits.
+struct Paths<'a> {
+    folder: &'a Path,
+}
+
+impl Paths<'_> {
+    fn make_absolute_in(&self, table: &mut Item) {
+        if let Some(path) = table.as_table_like_mut().and_then(|t| t.get_mut("path")) {
+            self.make_absolute(path);
+        }
+    }
+
+    fn make_absolute(&self, path: &mut Item) {
+        if let Some(text) = path.as_str()
+            && !Path::new(text).is_absolute()
+        {
+            let file = self.folder.join(text);
+            *path = toml_edit::value(std::path::absolute(&file).unwrap_or(file).display().to_string());
+        }
+    }
+}
+
+impl VisitMut for Paths<'_> {
+    fn visit_table_like_kv_mut(&mut self, key: KeyMut<'_>, node: &mut Item) {
+        if key == "part" {
+            self.make_absolute_in(node);
+        }
+        visit_mut::visit_table_like_kv_mut(self, key, node);
     }
 }
 

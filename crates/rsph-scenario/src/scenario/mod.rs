@@ -10,6 +10,7 @@ mod label_map;
 mod loads;
 mod material;
 mod overrides;
+mod part;
 mod places;
 mod region;
 mod tables;
@@ -27,6 +28,7 @@ pub use loads::{
     BoundaryKind, BoundaryTable, ComponentName, LoadKindName, LoadTable, MotionTable, RampTable,
 };
 pub use material::MaterialTable;
+pub use part::{Names, PartTable, PartValue};
 pub use region::{AxisName, RegionTable, SideName};
 pub use tables::{
     BodyTable, CheckpointTable, FieldTable, FormulationName, InitialTable, Integrator, ModeName, OrganName,
@@ -51,7 +53,6 @@ const FILE: Kind = Kind {
 pub struct LoadedScenario {
     document: Document,
     tables: Scenario,
-    base_dir: PathBuf,
 }
 
 impl LoadedScenario {
@@ -78,9 +79,9 @@ impl LoadedScenario {
         base_dir: PathBuf,
         sets: &[String],
     ) -> Result<Self, ScenarioError> {
-        let document = Document::new(name, text, sets)?;
+        let document = Document::new(name, text, sets)?.in_folder(base_dir);
         let tables = document.tables()?;
-        Ok(Self { document, tables, base_dir })
+        Ok(Self { document, tables })
     }
 
     /// The tables of the scenario.
@@ -98,20 +99,15 @@ impl LoadedScenario {
         self.document.edited()
     }
 
-    /// The scenario as run in a form that runs from any folder: a relative path of a mesh or an image is made
+    /// The scenario as run in a form that runs from any folder: relative paths of meshes and images are made
     /// absolute.
     pub fn as_run_anywhere(&self) -> String {
         let body = &self.tables.body;
-        let (place, path): (&[&str], &String) = match (&body.shape, &body.labelmap) {
-            (Some(ShapeTable::Mesh { path, .. }), _) => (&["body", "shape", "mesh", "path"], path),
-            (_, Some(LabelMapValue(table))) => (&["body", "labelmap"], &table.path),
-            _ => return self.as_run().to_owned(),
-        };
-        if Path::new(path).is_absolute() {
-            return self.as_run().to_owned();
-        }
-        let file = self.base_dir.join(path);
-        self.document.with_path(place, &std::path::absolute(&file).unwrap_or(file))
+        self.document.with_absolute_paths(match (&body.shape, &body.labelmap) {
+            (Some(ShapeTable::Mesh { .. }), _) => &["body", "shape", "mesh"],
+            (_, Some(_)) => &["body", "labelmap"],
+            _ => &[],
+        })
     }
 
     /// The file it was read from, if it was.
@@ -121,7 +117,7 @@ impl LoadedScenario {
 
     /// Where relative mesh paths resolve.
     pub fn base_dir(&self) -> &Path {
-        &self.base_dir
+        self.document.folder()
     }
 
     /// The title, or the name of the file if it has none.
