@@ -188,7 +188,8 @@ fn parts_of_a_mesh_that_had_to_be_closed() {
 fn parts_that_are_not_there_are_refused_with_those_that_are() {
     let folder = folder();
     let refused = |upper: &str, sets: &[&str]| {
-        scenario("{ part = \"lower\" }", upper, sets, folder.path()).lower().unwrap_err().to_string()
+        let error = scenario("{ part = \"lower\" }", upper, sets, folder.path()).lower().unwrap_err();
+        format!("{error}; {}", error.remedy)
     };
     let unknown = refused("{ part = \"top\" }", &[]);
     assert!(
