@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import importlib
 import warnings
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from rsph._fit import UNSURE, Array, half_width, noise_of, scipy_module
 from rsph.errors import Error, InputError, RsphWarning
 
 if TYPE_CHECKING:
     from rsph.materials import KelvinVoigt
 
-Array: TypeAlias = npt.NDArray[np.float64]
 
-
-# A measurement over fewer relaxation times, or a modulus with a larger relative error, is told of.
+# A measurement over fewer relaxation times is told of.
 _LONG_ENOUGH = 2.0
-_UNSURE = 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +41,10 @@ class Relaxation:
         amplitudes: the E_i (Pa), shape (M,).
         times: the T_i (s), ascending, shape (M,).
         covariance: of E, E_1, T_1, E_2, ..., shape (1 + 2 M, 1 + 2 M).
+        prony: the series of a material whose moduli are those for long times: E_i / E and T_i (s)
+            of each term, shape (M, 2).
+        prony_errors: their standard errors, shape (M, 2).
+        prony_intervals: lower and upper ends of their confidence intervals, shape (2, M, 2).
         residual: root mean square of measured less fitted (Pa).
         confidence: probability of the intervals.
         material: a Kelvin-Voigt solid with this modulus and relaxation time.
@@ -59,6 +60,9 @@ class Relaxation:
     amplitudes: Array
     times: Array
     covariance: Array
+    prony: Array
+    prony_errors: Array
+    prony_intervals: Array
     residual: float
     confidence: float
     material: KelvinVoigt
@@ -115,17 +119,11 @@ def from_relaxation(
         Error: no fit was found, or SciPy is not installed.
     """
     times, moduli = _measured(t, E_t, 2 * terms + 2)
-    if not 0.0 < confidence < 1.0:
-        raise InputError(
-            f"`confidence` = {confidence}: must lie between 0 and 1",
-            key="confidence",
-            value=str(confidence),
-            remedy="0.95 is usual",
-        )
-    noise = None if sigma is None else _noise(sigma, times.shape)
+    noise = None if sigma is None else noise_of(sigma, times.shape)
+    width = half_width(confidence, len(times) - 1 - 2 * terms if noise is None else None)
     series = _fit(times, moduli, noise, terms)
     material = _material(series, times, density, poisson_ratio)
-    return _with_errors(series, times, moduli, noise is not None, confidence, material)
+    return _with_errors(series, times, moduli, width, confidence, material)
 
 
 class _Series(NamedTuple):
@@ -148,6 +146,21 @@ class _Series(NamedTuple):
         return float(np.sqrt(self.covariance[0, 0]))
 
     @property
+    def shares(self) -> Array:
+        """E_i / E and T_i, shape (M, 2)."""
+        return np.stack([self.amplitudes / self.limit, self.times], axis=1)
+
+    @property
+    def share_errors(self) -> Array:
+        """Standard errors of E_i / E and T_i, shape (M, 2)."""
+        slopes = np.zeros((2 * len(self.times), len(self.covariance)))
+        slopes[:, 1:] = np.diag(np.tile([1.0 / self.limit, 1.0], len(self.times)))
+        slopes[::2, 0] = -self.amplitudes / self.limit**2
+        variances = np.einsum("ij,jk,ik->i", slopes, self.covariance, slopes)
+        errors: Array = np.sqrt(variances).reshape(-1, 2)
+        return errors
+
+    @property
     def mean_time_error(self) -> float:
         """Standard error of the mean time."""
         total, slope = self.amplitudes.sum(), np.zeros(len(self.covariance))
@@ -158,7 +171,7 @@ class _Series(NamedTuple):
 
 def _fit(times: Array, moduli: Array, noise: Array | None, terms: int) -> _Series:
     """The series by least squares, in units of the data so that one tolerance fits all."""
-    optimize = _scipy("optimize")
+    optimize = scipy_module("optimize")
     span, size = times[-1] - times[0], float(np.abs(moduli).max())
     x, y = times / span, moduli / size
 
@@ -195,7 +208,7 @@ def _material(series: _Series, times: Array, density: float, poisson_ratio: floa
 
     limit, error = series.limit, series.limit_error
     seen = times[-1] > _LONG_ENOUGH * series.times.max()
-    if not (np.isfinite(series.covariance).all() and error < _UNSURE * limit and seen):
+    if not (np.isfinite(series.covariance).all() and error < UNSURE * limit and seen):
         warnings.warn(
             f"the limit of the modulus is not known well, {limit:.3g} +- {error:.2g}: "
             "the measurement is too short, or has more terms than it can tell apart",
@@ -218,18 +231,20 @@ def _with_errors(
     series: _Series,
     times: Array,
     moduli: Array,
-    is_noise_known: bool,
+    width: float,
     confidence: float,
     material: KelvinVoigt,
 ) -> Relaxation:
     """The series with its standard errors and confidence intervals."""
-    stats = _scipy("stats")
-    freedom = len(times) - len(series.covariance)
-    noise_like = stats.norm() if is_noise_known else stats.t(freedom)
-    width = float(noise_like.ppf(0.5 + 0.5 * confidence))
     limit, error, mean = series.limit, series.limit_error, series.mean_time
     # The logarithm of a time is nearer to normal than the time.
     spread = np.exp(width * series.mean_time_error / mean)
+    shares, share_errors = series.shares, series.share_errors
+    factors = np.exp(width * share_errors[:, 1] / shares[:, 1])
+    ends = [
+        np.stack([shares[:, 0] + side * width * share_errors[:, 0], shares[:, 1] * factors**side])
+        for side in (-1.0, 1.0)
+    ]
     left = moduli - _prony(times, limit, series.amplitudes, series.times)
     return Relaxation(
         young_modulus=limit,
@@ -242,27 +257,13 @@ def _with_errors(
         amplitudes=series.amplitudes,
         times=series.times,
         covariance=series.covariance,
+        prony=shares,
+        prony_errors=share_errors,
+        prony_intervals=np.stack(ends).transpose(0, 2, 1),
         residual=float(np.sqrt(np.mean(left**2))),
         confidence=confidence,
         material=material,
     )
-
-
-def _scipy(module: str) -> Any:
-    try:
-        return importlib.import_module(f"scipy.{module}")
-    except ImportError as e:
-        raise Error("this needs SciPy; install it with `pip install rsph[fit]`") from e
-
-
-def _noise(sigma: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
-    """The standard deviation of the noise at each time."""
-    noise = np.broadcast_to(np.asarray(sigma, dtype=np.float64), shape)
-    if not (np.isfinite(noise).all() and (noise > 0.0).all()):
-        raise InputError(
-            "`sigma`: must be positive", key="sigma", remedy="leave it out if it is not known"
-        )
-    return noise
 
 
 def _measured(t: npt.ArrayLike, modulus: npt.ArrayLike, fewest: int) -> tuple[Array, Array]:

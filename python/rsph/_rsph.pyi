@@ -9,6 +9,7 @@ _Indices = npt.NDArray[np.uint32]
 _Source = tuple[str, str, str, list[str]]
 
 __all__ = [
+    "Law",
     "Shape",
     "Simulation",
     "Snapshot",
@@ -32,6 +33,11 @@ class _Model(TypedDict):
     name: str
     doc: str
     parameters: list[tuple[str, str, str, float | None, tuple[int, int]]]
+
+@final
+class Law:
+    def __new__(cls, text: str) -> Law: ...
+    def first_piola(self, f: _Array) -> _Array: ...
 
 @final
 class Shape:

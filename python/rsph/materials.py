@@ -9,21 +9,26 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeAlias
 
+import numpy as np
+import numpy.typing as npt
+
 from rsph import _rsph
+from rsph._curve import CurveFit, from_curve
+from rsph._loading import STRESS_KINDS, component, is_isotropic, modes_of, one_of
 from rsph._relaxation import Relaxation, from_relaxation
-from rsph._scenario import check, without_none
+from rsph._scenario import check, scenario, without_none
+from rsph.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    import numpy as np
-    import numpy.typing as npt
-
+    from rsph._fit import Array
     from rsph.regions import Region
     from rsph.shapes import Shape
 
 __all__ = [
     "Corotated",
+    "CurveFit",
     "Fung",
     "HolzapfelGasserOgden",
     "KelvinVoigt",
@@ -38,6 +43,7 @@ __all__ = [
     "SaintVenantKirchhoff",
     "VerondaWestmann",
     "Yeoh",
+    "from_curve",
     "from_relaxation",
     "model",
     "models",
@@ -99,6 +105,64 @@ class Material:
         """Parameters by name."""
         return dict(self._parameters)
 
+    def first_piola(self, deformation_gradient: npt.ArrayLike) -> Array:
+        """First Piola-Kirchhoff stress at rest (Pa): force over undeformed area.
+
+        Args:
+            deformation_gradient: F = dx/dX, shape (..., 3, 3), which is also that of the stress.
+        """
+        f = np.asarray(deformation_gradient, dtype=np.float64)
+        if f.shape[-2:] != (3, 3):
+            raise InputError(
+                f"`deformation_gradient` has the shape {f.shape}",
+                key="deformation_gradient",
+                value=str(f.shape),
+                remedy="give three rows of three numbers, in an array of shape (..., 3, 3)",
+            )
+        law = _rsph.Law(scenario(material=self._as_table()))
+        return law.first_piola(f.reshape(-1, 3, 3)).reshape(f.shape)
+
+    def stress(
+        self,
+        stretch: npt.ArrayLike,
+        *,
+        mode: str | Sequence[str] = "uniaxial",
+        stress_kind: str = "nominal",
+    ) -> Array:
+        """Stress at rest (Pa) along the stretch, as a testing machine measures it.
+
+        >>> gel = MooneyRivlin(density=1000.0, c10=500.0, poisson_ratio=0.4999)
+        >>> gel.stress([0.5, 2.0]).round(-1)
+        array([-3500.,  1750.])
+
+        Args:
+            stretch: length over undeformed length, or amount of shear in the mode ``shear``,
+                shape (N,) or one number.
+            mode: as of :func:`from_curve`; no stress acts on the free faces.
+            stress_kind: ``nominal`` (force over undeformed area) or ``cauchy``.
+
+        Raises:
+            InputError: the material is not isotropic, so that it shears when it is pulled.
+        """
+        one_of("stress_kind", stress_kind, STRESS_KINDS)
+        x = np.asarray(stretch, dtype=np.float64)
+        modes = modes_of(mode, x.shape).ravel()
+        first_piola = _rsph.Law(scenario(material=self._as_table())).first_piola
+        if not is_isotropic(first_piola):
+            raise InputError(
+                f"`{self._model}` with fibres: what it does when it is pulled depends on the way",
+                key="model",
+                value=self._model,
+                remedy="use first_piola with a deformation gradient",
+            )
+        if not (x.ravel()[modes != "shear"] > 0.0).all():
+            raise InputError(
+                "`stretch`: must be positive, the length over the undeformed length",
+                key="stretch",
+                remedy="add 1 to a strain",
+            )
+        return component(first_piola, x.ravel(), modes, stress_kind).reshape(x.shape)
+
     def _as_table(self) -> dict[str, object]:
         return {"model": self._model, **self._parameters}
 
@@ -112,7 +176,7 @@ class Part:
     """A material in a part of a body, for a body of several: ``material=[parenchyma, Part(...)]``.
 
     Each part lies over those before it in the list. Where two materials meet, the stress of a
-    particle is that of a laminate of both, so that the interface may lie anywhere between particles.
+    particle is that of a laminate of both, so that the interface may lie anywhere.
 
     Attributes:
         material: of what.

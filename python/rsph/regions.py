@@ -6,7 +6,8 @@ the body (m in SI).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -18,6 +19,7 @@ __all__ = [
     "box",
     "everywhere",
     "half_space",
+    "part",
     "plane",
     "point",
     "surface_patch",
@@ -102,6 +104,22 @@ def surface_patch(*, centre: Vector, radius: float, facing: Vector) -> Region:
         radius=radius,
         facing=vector("region.surface_patch.facing", facing),
     )
+
+
+def part(name: str | Sequence[str], *, path: str | os.PathLike[str], scale: float = 1.0) -> Region:
+    """Named or painted parts of a mesh file, of nearly the same surface as the body.
+
+    Parts are solids of an ASCII STL, groups, objects and materials of an OBJ, nodes, meshes and
+    materials of a GLB, and in a PLY colours such as ``"#ff0000"`` and whole numbers of faces such
+    as ``"label=3"``; ``rsph info`` lists them. Surface belongs to the triangle that is nearest.
+
+    Args:
+        name: name of the part, or names of several.
+        path: the mesh file.
+        scale: factor from the units of the mesh to metres (0.001 for a mesh in mm).
+    """
+    names = [name] if isinstance(name, str) else list(name)
+    return _region("part", name=names, path=os.path.abspath(path), scale=scale)
 
 
 def point(*, at: Vector) -> Region:

@@ -104,13 +104,15 @@ def test_the_readme_and_the_guide_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     # What the pages leave to the reader, and smaller bodies.
     names = {"np": np, "copy": copy, "rsph": rsph, "array": 6 * ball}
+    names["stretch"] = np.linspace(1.0, 1.5, 20)
+    names["stress"] = 1e3 * (names["stretch"] - names["stretch"] ** -2) * names["stretch"] ** 3
     names["affine_in_metres"] = np.diag([1e-3, 1e-3, 1e-3, 1.0])
     small = {"particles=1000": "particles=200", "particles=5000": "particles=200"}
     small |= {'"body.particles": 5000': '"body.particles": 200, "time.until": 0.2'}
     small |= {"until=1.0, every=0.1": "until=sim.time + 0.02, every=0.01"}
     (readme,) = blocks("README.md")
     guide = blocks("docs/guide/python.md")
-    assert len(guide) == 3
+    assert len(guide) == 4
     for block in [readme, *guide]:
         for large, little in small.items():
             block = block.replace(large, little)

@@ -237,3 +237,29 @@ def test_the_extension_serves_every_python_and_every_processor():
         text = path.read_text()
         assert "target-cpu" not in text, path
         assert "target-feature" not in text, path
+
+
+def test_a_painted_part_of_a_mesh_file(tmp_path):
+    """The upper face of a unit cube, by name and by colour, is loaded as the plane is."""
+    corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+    faces = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+    obj = [f"v {x} {y} {z}" for x, y, z in corners]
+    for k, face in enumerate(faces):
+        obj += [f"g {'upper' if k == 1 else 'rest'}", "f " + " ".join(str(v + 1) for v in face)]
+    (tmp_path / "cube.obj").write_text("\n".join(obj))
+    upper = rsph.regions.part("upper", path=tmp_path / "cube.obj")
+
+    def extension(region):
+        sim = cube(
+            boundaries=[rsph.boundaries.Clamp(region=BOTTOM)],
+            loads=[rsph.loads.Traction(region=region, traction=(0, 0, 1))],
+            probes=[rsph.Probe(name="extension", quantity="displacement.z", region=TOP)],
+        )
+        sim.solve_static()
+        return sim.probes()["extension"]
+
+    assert extension(upper) == pytest.approx(extension(TOP), rel=1e-9)
+    with pytest.raises(rsph.InputError, match='has no part "lower"'):
+        rsph.regions.part(["upper", "lower"], path=tmp_path / "cube.obj")
+    with pytest.raises(rsph.InputError, match=r"no\.obj"):
+        rsph.regions.part("upper", path=tmp_path / "no.obj")

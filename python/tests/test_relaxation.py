@@ -108,3 +108,24 @@ def test_wrong_options_are_refused():
         rsph.materials.from_relaxation(t, values, sigma=0.0)
     with pytest.raises(rsph.InputError, match="poisson_ratio"):
         rsph.materials.from_relaxation(t, values, poisson_ratio=0.5)
+
+
+def test_the_whole_series_is_handed_over_with_its_uncertainty():
+    rng = np.random.default_rng(11)
+    t = np.geomspace(0.01, 60.0, 120)
+    truth = 1e4 * (1 + 0.8 * np.exp(-t / 0.2) + 0.5 * np.exp(-t / 5.0))
+    expected, draws = np.array([[0.8, 0.2], [0.5, 5.0]]), 100
+    held, values, errors = np.zeros((2, 2)), [], []
+    for _ in range(draws):
+        fit = rsph.materials.from_relaxation(t, truth + 50.0 * rng.standard_normal(t.size), terms=2)
+        low, high = fit.prony_intervals
+        held += (low <= expected) & (expected <= high)
+        values.append(fit.prony)
+        errors.append(fit.prony_errors)
+    assert (np.abs(held - 0.95 * draws) < 3 * np.sqrt(draws * 0.95 * 0.05)).all(), held
+    np.testing.assert_allclose(np.mean(errors, 0), np.std(values, 0), rtol=0.2)
+    np.testing.assert_allclose(np.mean(values, 0), expected, rtol=0.02)
+    # The limit and the series are the fitted modulus.
+    share, time = fit.prony.T
+    series = fit.young_modulus * (1 + np.exp(-t[:, None] / time) @ share)
+    np.testing.assert_allclose(fit.modulus(t), series, rtol=1e-12)

@@ -61,6 +61,10 @@ fn info_of_a_mesh_says_whether_it_is_closed() {
     assert!(closed.out.contains("closed: yes") && closed.out.contains("volume: 0.1667"), "{}", closed.out);
     let open = bench.rsph(&["info", "open.obj"]);
     assert!(open.out.contains("closed: no, 3 open edges") && open.out.contains("body: none"), "{}", open.out);
+    assert!(!closed.out.contains("part"), "{}", closed.out);
+    bench.write("parts.obj", TETRAHEDRON.replace("f 2 3 4\n", "g slanted face\nf 2 3 4\n"));
+    let parts = bench.rsph(&["info", "parts.obj"]);
+    assert!(parts.out.contains("part \"slanted\": area 0.866"), "{}", parts.out);
     bench.write("broken.vtkhdf", "this is no HDF5 file");
     for file in ["broken.vtkhdf", "missing.vtkhdf", "missing.stl", "."] {
         let done = bench.rsph(&["info", file]);

@@ -1,5 +1,9 @@
 //! Where a boundary, a load or a probe applies: regions of space, never particle indices.
 
+mod part;
+
+pub use part::SurfacePart;
+
 use crate::tensor::Vec3;
 
 /// A coordinate axis.
@@ -67,6 +71,8 @@ pub enum Region {
         /// Direction that the outward normal must face.
         facing: Vec3,
     },
+    /// The part of the surface on named or painted triangles; it holds no point of the interior.
+    Part(SurfacePart),
     /// A single point, for probes.
     Point(Vec3),
     /// Points in all of the regions.
@@ -102,6 +108,7 @@ impl Region {
             Region::SurfacePatch { centre, radius, facing } => {
                 n.is_some_and(|n| n.dot(facing) > 0.0) && (x - centre).norm() <= radius + tol
             }
+            Region::Part(part) => n.is_some_and(|n| part.contains(x, n, tol)),
             Region::Point(p) => (x - p).norm() <= tol,
             Region::And(all) => all.iter().all(|r| r.test(x, n, tol)),
             Region::Or(any) => any.iter().any(|r| r.test(x, n, tol)),

@@ -37,9 +37,9 @@ fn setup(
             shape,
             Resolution::Spacing(spacing),
             SolidSetup {
-                material: Arc::new(material),
                 boundaries: vec![symmetry(Axis::X), symmetry(Axis::Y), symmetry(Axis::Z)],
                 loads: vec![Load { kind: LoadKind::FollowerPressure { region, pressure }, curve }],
+                ..SolidSetup::new(Arc::new(material))
             },
         )
     }

@@ -13,6 +13,7 @@ mod force;
 mod history;
 mod image;
 mod interrupt;
+mod law;
 mod results;
 mod run;
 mod sampling;
@@ -28,6 +29,8 @@ use pyo3::prelude::*;
 mod _rsph {
     #[pymodule_export]
     use crate::image::frame_to_nifti;
+    #[pymodule_export]
+    use crate::law::Law;
     #[pymodule_export]
     use crate::results::{describe_results, read_field, read_frame};
     #[pymodule_export]

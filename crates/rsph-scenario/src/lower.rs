@@ -6,6 +6,7 @@ mod materials;
 mod motion;
 mod parts;
 mod probes;
+mod surface_part;
 
 use crate::scenario::{
     BodyTable, Document, FieldTable, FormulationName, Integrator, KeyPath, LoadedScenario, ModeName,

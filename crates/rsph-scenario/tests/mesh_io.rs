@@ -7,7 +7,7 @@ use rsph_core::mesh::TriangleMesh;
 use rsph_core::shape::{BoxShape, Shape};
 use rsph_core::surface::SurfaceField;
 use rsph_core::tensor::Vec3;
-use rsph_scenario::mesh_io::{MeshError, read_mesh, write_mesh};
+use rsph_scenario::mesh_io::{MeshError, read_mesh, read_mesh_with_parts, write_mesh};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -76,6 +76,25 @@ fn base64(bytes: &[u8]) -> String {
         }
     }
     text
+}
+
+#[test]
+fn solids_nodes_meshes_and_materials_are_named_parts() {
+    let folder = tempfile::tempdir().unwrap();
+    let two = ascii_stl("solid left lobe") + &ascii_stl("solid right lobe");
+    let read = read_mesh_with_parts(&file(&folder, "two.stl", two), 1.0).unwrap();
+    let halves = [("left lobe", 0..12), ("right lobe", 12..24)];
+    let halves = halves.map(|(name, triangles)| (name.to_owned(), triangles.collect::<Vec<u32>>()));
+    assert_eq!(read.parts, halves.into());
+
+    let named = gltf("")
+        .replace("{\"mesh\":0,", "{\"mesh\":0,\"name\":\"node\",")
+        .replace("\"meshes\":[{", "\"materials\":[{\"name\":\"red\"}],\"meshes\":[{\"name\":\"mesh\",")
+        .replace("\"indices\":1", "\"indices\":1,\"material\":0");
+    let read = read_mesh_with_parts(&file(&folder, "named.gltf", named), 1.0).unwrap();
+    let all: Vec<u32> = (0..12).collect();
+    assert_eq!(read.parts, ["mesh", "node", "red"].map(|name| (name.to_owned(), all.clone())).into());
+    assert!(read_mesh_with_parts(&file(&folder, "a.gltf", gltf("")), 1.0).unwrap().parts.is_empty());
 }
 
 #[test]

@@ -113,9 +113,17 @@ fn the_scenario_as_run_is_read_back_the_same() {
 #[test]
 fn schema_names_every_load_and_region() {
     let text = schema().to_string();
-    for word in
-        ["traction", "body_force", "patch", "half_space", "surface_patch", "upper-right", "liver", "rk4"]
-    {
+    for word in [
+        "traction",
+        "body_force",
+        "patch",
+        "half_space",
+        "surface_patch",
+        "part",
+        "upper-right",
+        "liver",
+        "rk4",
+    ] {
         assert!(text.contains(&format!("\"{word}\"")), "{word}");
     }
 }

@@ -117,7 +117,10 @@ fn a_file_says_what_it_holds_and_has_the_grid_of_the_image() {
         let mut inside = field.voxels.iter().zip(field.values.chunks(components as usize)).peekable();
         for voxel in 0..count {
             match inside.next_if(|(v, _)| **v == voxel as u64) {
-                Some((_, values)) => (0..values.len()).for_each(|c| assert!(value(c, voxel) == values[c])),
+                Some((_, values)) => {
+                    (0..values.len())
+                        .for_each(|c| assert_eq!(value(c, voxel).to_bits(), values[c].to_bits()));
+                }
                 None => assert!(value(0, voxel).is_nan()),
             }
         }

@@ -4,7 +4,7 @@ use crate::exit::{Code, Trouble};
 use crate::output::{number, print};
 use clap::Args;
 use rsph_core::shape::{MeshShape, Shape};
-use rsph_scenario::mesh_io::read_mesh;
+use rsph_scenario::mesh_io::{MeshWithParts, read_mesh_with_parts};
 use rsph_scenario::output::vtkhdf;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -63,7 +63,8 @@ fn results(path: &Path) -> Result<String, Trouble> {
 }
 
 fn mesh(path: &Path) -> Result<String, Trouble> {
-    let mesh = read_mesh(path, 1.0).map_err(|e| Trouble::mesh(&e))?;
+    let read = read_mesh_with_parts(path, 1.0).map_err(|e| Trouble::mesh(&e))?;
+    let mesh = &read.mesh;
     if let Some(t) = mesh.first_bad_triangle() {
         return Err(Trouble::input(
             format!("{}: triangle {t} names a vertex that is not there", path.display()),
@@ -98,6 +99,7 @@ fn mesh(path: &Path) -> Result<String, Trouble> {
         let _ = writeln!(text, "volume: {}{turned}", number(volume.abs()));
     }
     let name = format!("mesh {}", path.file_name().unwrap_or_default().to_string_lossy());
+    text += &parts(&read);
     match MeshShape::new(&mesh, &name) {
         Ok((shape, notes)) if shape.repair().is_some() => {
             let _ = writeln!(text, "body: volume {}", number(shape.volume()));
@@ -109,4 +111,22 @@ fn mesh(path: &Path) -> Result<String, Trouble> {
         Err(e) => _ = writeln!(text, "body: none; {}", e.problem),
     }
     Ok(text)
+}
+
+/// Most parts that are listed.
+const MAX_PARTS: usize = 40;
+
+/// The named parts of a mesh, the largest first.
+fn parts(read: &MeshWithParts) -> String {
+    let mut parts: Vec<_> = read.parts.keys().map(|name| (name, read.area_and_centre(name))).collect();
+    parts.sort_by(|(_, (a, _)), (_, (b, _))| b.total_cmp(a));
+    let mut text = String::new();
+    for (name, (area, centre)) in parts.iter().take(MAX_PARTS) {
+        let [x, y, z] = [centre.x, centre.y, centre.z].map(number);
+        let _ = writeln!(text, "part \"{name}\": area {}, centre ({x}, {y}, {z})", number(*area));
+    }
+    if parts.len() > MAX_PARTS {
+        let _ = writeln!(text, "  and {} smaller parts", parts.len() - MAX_PARTS);
+    }
+    text
 }

@@ -2,6 +2,7 @@
 
 use super::checks::{direction, positive};
 use super::probes::name;
+use super::surface_part::surface_part;
 use crate::scenario::{
     BoundaryKind, BoundaryTable, CentreValue, ComponentName, CurveKindName, Document, FieldTable, KeyPath,
     LoadKindName, LoadTable, MotionTable, RegionTable, ScenarioError,
@@ -53,6 +54,7 @@ pub fn region(doc: &Document, path: &KeyPath, table: &RegionTable) -> Result<Reg
                 facing: direction(doc, &path.key("facing"), *facing, "the direction")?,
             }
         }
+        RegionTable::Part(part) => surface_part(doc, path, &part.0)?,
         RegionTable::Point(p) => Region::Point(Vec3::from(*p)),
         RegionTable::And(parts) => Region::And(list("and", parts)?),
         RegionTable::Or(parts) => Region::Or(list("or", parts)?),

@@ -1,6 +1,6 @@
 //! glTF, as text (`.gltf`) and binary (`.glb`).
 
-use super::{FILE, MAX_ELEMENTS, MeshError, fan};
+use super::{FILE, MAX_ELEMENTS, MeshError, MeshWithParts, fan};
 use crate::whole_file::Kind;
 use base64::prelude::*;
 use gltf::accessor::{DataType, Dimensions};
@@ -24,7 +24,7 @@ const MAX_ITEMS: usize = 2_000_000;
 const IDENTITY: Transform =
     [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
 
-pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
+pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<MeshWithParts, MeshError> {
     let invalid = |e: &dyn std::fmt::Display| {
         let e = e.to_string();
         MeshError::malformed(path, format!("not a valid glTF file: {}", e.trim_end_matches([';', '.'])))
@@ -42,18 +42,25 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, MeshError
     let mut waiting: Vec<(Node, Transform)> =
         scene.iter().flat_map(gltf::Scene::nodes).map(|n| (n, IDENTITY)).collect();
     let mut visited = vec![false; document.nodes().len()];
-    let mut mesh = TriangleMesh::default();
+    let mut read = MeshWithParts::default();
     while let Some((node, parent)) = waiting.pop() {
         if std::mem::replace(&mut visited[node.index()], true) {
             return Err(invalid(&format!("node {} has more than one parent", node.index())));
         }
         let placed = product(&parent, &node.transform().matrix().map(|c| c.map(f64::from)));
-        for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
-            append(&mut mesh, &primitive, &buffers, &placed).map_err(|e| invalid(&e))?;
+        if let Some(shown) = node.mesh() {
+            for primitive in shown.primitives() {
+                let first = read.mesh.triangles.len();
+                append(&mut read.mesh, &primitive, &buffers, &placed).map_err(|e| invalid(&e))?;
+                let names = [node.name(), shown.name(), primitive.material().name()];
+                for t in first..read.mesh.triangles.len() {
+                    names.iter().flatten().for_each(|name| read.name(name, t));
+                }
+            }
         }
         waiting.extend(node.children().map(|child| (child, placed)));
     }
-    Ok(mesh)
+    Ok(read)
 }
 
 /// Refuses a binary file that is cut off, and more of a scene than memory holds: a few bytes of it are a node of

@@ -2,8 +2,11 @@
 
 mod gltf_file;
 mod obj;
+mod parts;
 mod ply;
 mod stl;
+
+pub use parts::MeshWithParts;
 
 use crate::whole_file::{Kind, Unreadable};
 use rsph_core::mesh::TriangleMesh;
@@ -127,6 +130,15 @@ impl MeshError {
 /// A file that can not be read, is broken, holds no triangle, or whose extension is not known, and
 /// a scale that is not positive.
 pub fn read_mesh(path: &Path, scale: f64) -> Result<TriangleMesh, MeshError> {
+    Ok(read_mesh_with_parts(path, scale)?.mesh)
+}
+
+/// As [`read_mesh`], with the parts that the file names: solids of ASCII STL; groups, objects and materials of OBJ; nodes, meshes and
+/// materials of glTF; in PLY the colours of faces, or of two or more corners, as `#ff0000`, and whole numbers of faces as `label=3`.
+///
+/// # Errors
+/// As [`read_mesh`].
+pub fn read_mesh_with_parts(path: &Path, scale: f64) -> Result<MeshWithParts, MeshError> {
     if !(scale.is_finite() && scale > 0.0) {
         return Err(MeshError::Scale {
             path: path.into(),
@@ -145,7 +157,8 @@ pub fn read_mesh(path: &Path, scale: f64) -> Result<TriangleMesh, MeshError> {
     if bytes.is_empty() {
         return Err(MeshError::malformed(path, "the file is empty"));
     }
-    let mut mesh = parse(path, &bytes)?;
+    let mut read = parse(path, &bytes)?;
+    let mesh = &mut read.mesh;
     if mesh.triangles.is_empty() {
         return Err(MeshError::malformed(path, "the file holds no triangle"));
     }
@@ -157,7 +170,7 @@ pub fn read_mesh(path: &Path, scale: f64) -> Result<TriangleMesh, MeshError> {
     for v in &mut mesh.vertices {
         *v *= scale;
     }
-    Ok(mesh)
+    Ok(read)
 }
 
 /// Writes a surface; the extension chooses the format: `stl` (binary), `obj`, `ply` (binary, with

@@ -1,13 +1,16 @@
 //! Wavefront OBJ.
 
-use super::{MeshError, shown};
+use super::{MeshError, MeshWithParts, shown};
 use rsph_core::mesh::TriangleMesh;
 use rsph_core::tensor::Vec3;
 use std::fmt::Write;
 use std::io;
 use std::path::Path;
 
-pub(super) fn parse(path: &Path, mut bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
+/// Most groups of a face that are read.
+const MAX_GROUPS: usize = 16;
+
+pub(super) fn parse(path: &Path, mut bytes: &[u8]) -> Result<MeshWithParts, MeshError> {
     let options = tobj::LoadOptions {
         triangulate: true,
         ignore_points: true,
@@ -15,7 +18,7 @@ pub(super) fn parse(path: &Path, mut bytes: &[u8]) -> Result<TriangleMesh, MeshE
         ..Default::default()
     };
     let text = bytes;
-    // Materials are of no interest and may be missing.
+    // Files of materials are of no interest and may be missing.
     let (models, _) = tobj::load_obj_buf(&mut bytes, &options, |_| Ok(Default::default())).map_err(|e| {
         let why = culprit(text).unwrap_or_else(|| e.to_string());
         MeshError::malformed(path, format!("not a valid OBJ file: {why}"))
@@ -27,7 +30,32 @@ pub(super) fn parse(path: &Path, mut bytes: &[u8]) -> Result<TriangleMesh, MeshE
         let corners = model.mesh.indices.chunks_exact(3);
         mesh.triangles.extend(corners.map(|t| [first + t[0], first + t[1], first + t[2]]));
     }
-    Ok(mesh)
+    let mut read = MeshWithParts { mesh, ..MeshWithParts::default() };
+    name_parts(&mut read, text);
+    Ok(read)
+}
+
+/// Names triangles by the groups, the object and the material of their faces, which the library tells in part only.
+fn name_parts(read: &mut MeshWithParts, bytes: &[u8]) {
+    let (mut groups, mut object, mut material) = (Vec::new(), String::new(), String::new());
+    let mut next = 0;
+    for line in String::from_utf8_lossy(bytes).lines() {
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("g") => groups = words.take(MAX_GROUPS).map(str::to_owned).collect(),
+            Some("o") => object = words.collect::<Vec<_>>().join(" "),
+            Some("usemtl") => material = words.collect::<Vec<_>>().join(" "),
+            // A polygon of n corners is n - 2 triangles.
+            Some("f") => {
+                let end = next + words.count().saturating_sub(2);
+                for t in next..end.min(read.mesh.triangles.len()) {
+                    groups.iter().chain([&object, &material]).for_each(|name| read.name(name, t));
+                }
+                next = end;
+            }
+            _ => {}
+        }
+    }
 }
 
 /// The first line that is wrong about vertices or faces, and what is: the library tells neither.

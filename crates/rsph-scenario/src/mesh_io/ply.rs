@@ -1,6 +1,6 @@
 //! PLY, ASCII and binary.
 
-use super::{MAX_ELEMENTS, MeshError, fan, shown};
+use super::{MAX_ELEMENTS, MeshError, MeshWithParts, fan, shown};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
     DefaultElement, ElementDef, Encoding, Ply, Property, PropertyAccess, PropertyAccessResult, PropertyDef,
@@ -19,6 +19,17 @@ use std::path::Path;
 struct Item {
     position: Vec3,
     corners: Vec<u32>,
+    colour: [Option<u8>; 3],
+    /// Other whole numbers by their names.
+    labels: Vec<(String, i64)>,
+}
+
+impl Item {
+    /// The colour, as parts are called by it.
+    fn colour_name(&self) -> Option<String> {
+        let [r, g, b] = self.colour;
+        Some(format!("#{:02x}{:02x}{:02x}", r?, g?, b?))
+    }
 }
 
 impl PropertyAccess for Item {
@@ -40,7 +51,21 @@ impl PropertyAccess for Item {
                     None => PropertyAccessResult::UnsupportedType,
                 };
             }
-            _ => return PropertyAccessResult::Ignored,
+            "red" | "green" | "blue" => {
+                let channel = ["red", "green", "blue"].iter().position(|c| *c == name).unwrap_or_default();
+                self.colour[channel] = channel_value(&property);
+                return PropertyAccessResult::Set;
+            }
+            "alpha" | "flags" => return PropertyAccessResult::Ignored,
+            _ => {
+                return match whole_number(&property) {
+                    Some(value) => {
+                        self.labels.push((name.to_owned(), value));
+                        PropertyAccessResult::Set
+                    }
+                    None => PropertyAccessResult::Ignored,
+                };
+            }
         };
         match number(&property) {
             Some(value) => {
@@ -66,6 +91,22 @@ fn number(property: &Property) -> Option<f64> {
     }
 }
 
+/// A channel of a colour, from 0 to 255 or from 0 to 1.
+fn channel_value(property: &Property) -> Option<u8> {
+    match *property {
+        Property::Float(v) => Some((255.0 * v).round() as u8),
+        Property::Double(v) => Some((255.0 * v).round() as u8),
+        _ => whole_number(property).and_then(|v| u8::try_from(v).ok()),
+    }
+}
+
+fn whole_number(property: &Property) -> Option<i64> {
+    match property {
+        Property::Float(_) | Property::Double(_) => None,
+        _ => number(property).map(|v| v as i64),
+    }
+}
+
 /// Vertex numbers of a face; a negative one becomes one that no vertex has.
 fn vertex_numbers(property: &Property) -> Option<Vec<u32>> {
     fn from<T: Copy>(list: &[T]) -> Vec<u32>
@@ -85,7 +126,7 @@ fn vertex_numbers(property: &Property) -> Option<Vec<u32>> {
     }
 }
 
-pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
+pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<MeshWithParts, MeshError> {
     let invalid =
         |e: &dyn std::fmt::Display| MeshError::malformed(path, format!("not a valid PLY file: {e}"));
     let unread = |e: &ParseError| invalid(&in_short(e));
@@ -98,7 +139,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, MeshError
     if let Some(missing) = ["x", "y", "z"].into_iter().find(|p| !has("vertex", p)) {
         return Err(invalid(&format!("vertices have no property \"{missing}\"")));
     }
-    let mut mesh = TriangleMesh::default();
+    let (mut vertices, mut faces) = (Vec::new(), Vec::new());
     for (name, element) in &header.elements {
         // Every element takes a byte or more: without this check a header could fill the memory.
         if element.count > bytes.len() || element.properties.is_empty() && element.count > 0 {
@@ -115,12 +156,34 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, MeshError
         }
         let items = parser.read_payload_for_element(&mut reader, element, &header).map_err(|e| unread(&e))?;
         match name.as_str() {
-            "vertex" => mesh.vertices = items.iter().map(|i| i.position).collect(),
-            "face" => mesh.triangles = items.iter().flat_map(|i| fan(&i.corners)).collect(),
+            "vertex" => vertices = items,
+            "face" => faces = items,
             _ => {}
         }
     }
-    Ok(mesh)
+    Ok(with_parts(&vertices, &faces))
+}
+
+/// The mesh of vertices and faces, with the parts that their colours and the faces' numbers make.
+fn with_parts(vertices: &[Item], faces: &[Item]) -> MeshWithParts {
+    let mesh =
+        TriangleMesh { vertices: vertices.iter().map(|v| v.position).collect(), triangles: Vec::new() };
+    let mut read = MeshWithParts { mesh, ..MeshWithParts::default() };
+    for face in faces {
+        for triangle in fan(&face.corners) {
+            let t = read.mesh.triangles.len();
+            read.mesh.triangles.push(triangle);
+            let of_corners = || {
+                let [a, b, c] = triangle.map(|v| vertices.get(v as usize).and_then(Item::colour_name));
+                if a == b || a == c { a } else { b.filter(|b| Some(b) == c.as_ref()) }
+            };
+            if let Some(colour) = face.colour_name().or_else(of_corners) {
+                read.name(&colour, t);
+            }
+            face.labels.iter().for_each(|(label, value)| read.name(&format!("{label}={value}"), t));
+        }
+    }
+    read
 }
 
 /// The line, and what the library says first about it, in plain words.

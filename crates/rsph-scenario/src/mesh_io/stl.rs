@@ -2,7 +2,7 @@
 
 mod ascii;
 
-use super::MeshError;
+use super::{MeshError, MeshWithParts};
 use rsph_core::mesh::TriangleMesh;
 use rsph_core::tensor::Vec3;
 use std::io::{self, Cursor};
@@ -14,7 +14,7 @@ const TRIANGLE: usize = 50;
 
 /// The triangles of a file. The length tells text from numbers: many programs begin binary files with "solid"
 /// too.
-pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
+pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<MeshWithParts, MeshError> {
     let count: Option<[u8; 4]> = bytes.get(80..HEADER).and_then(|b| b.try_into().ok());
     let length = |count: u32| HEADER + TRIANGLE * count as usize;
     let expected = count.map(|n| length(u32::from_le_bytes(n)));
@@ -40,16 +40,17 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, MeshError
     Err(MeshError::malformed(path, problem))
 }
 
-fn binary(path: &Path, bytes: &[u8]) -> Result<TriangleMesh, MeshError> {
+fn binary(path: &Path, bytes: &[u8]) -> Result<MeshWithParts, MeshError> {
     let mut bytes = bytes.to_vec();
     // The library takes a header that begins with "solid" for text.
     bytes[..80].fill(0);
     let read = stl_io::read_stl(&mut Cursor::new(bytes))
         .map_err(|e| MeshError::malformed(path, format!("not a valid STL file: {e}")))?;
-    Ok(TriangleMesh {
+    let mesh = TriangleMesh {
         vertices: read.vertices.iter().map(|v| Vec3::from(v.0.map(f64::from))).collect(),
         triangles: read.faces.iter().map(|f| f.vertices.map(|v| v as u32)).collect(),
-    })
+    };
+    Ok(MeshWithParts { mesh, ..MeshWithParts::default() })
 }
 
 pub(super) fn format(mesh: &TriangleMesh) -> io::Result<Vec<u8>> {

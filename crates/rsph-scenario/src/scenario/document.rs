@@ -2,13 +2,16 @@
 
 use super::error::ScenarioError;
 use super::explain::{explain, suggestion};
-use super::keypath::{KeyPath, Segment};
+use super::keypath::KeyPath;
 use super::overrides::Override;
 use super::places::{find, path_at};
 use super::tables::Scenario;
 use rsph_core::error::InvalidInput;
 use serde::Deserialize;
+use std::path::{Path, PathBuf};
 use toml::de::DeTable;
+use toml_edit::visit_mut::{self, VisitMut};
+use toml_edit::{Item, KeyMut};
 
 /// Longer values are cut in messages.
 const MAX_VALUE: usize = 80;
@@ -20,6 +23,7 @@ pub struct Document {
     original: String,
     edited: String,
     overrides: Vec<Override>,
+    folder: PathBuf,
 }
 
 impl Document {
@@ -30,7 +34,13 @@ impl Document {
         }
         // Syntax first: a message about a syntax error must point into the file as it is.
         DeTable::parse(&original).map_err(|e| syntax_error(name, &original, &e))?;
-        let mut document = Self { name: name.into(), edited: original.clone(), original, overrides: vec![] };
+        let mut document = Self {
+            name: name.into(),
+            edited: original.clone(),
+            original,
+            overrides: vec![],
+            folder: PathBuf::new(),
+        };
         if !sets.is_empty() {
             let mut tree: toml_edit::DocumentMut =
                 document.original.parse().map_err(|e: toml_edit::TomlError| {
@@ -48,6 +58,16 @@ impl Document {
         Ok(document)
     }
 
+    /// The same text, whose relative paths start at `folder`.
+    pub(super) fn in_folder(self, folder: PathBuf) -> Self {
+        Self { folder, ..self }
+    }
+
+    /// Where relative paths start.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Name of the file in messages.
     pub fn name(&self) -> &str {
         &self.name
@@ -58,26 +78,15 @@ impl Document {
         &self.edited
     }
 
-    /// The text with the edits in it and with other files at some places, or at `path` in the tables there.
-    pub(super) fn with_paths(&self, files: &[(KeyPath, std::path::PathBuf)]) -> String {
+    /// The text with the edits in it, where files have absolute paths.
+    pub(super) fn with_absolute_paths(&self) -> String {
         let Ok(mut tree) = self.edited.parse::<toml_edit::DocumentMut>() else { return self.edited.clone() };
-        for (place, file) in files {
-            let item = place.segments().iter().try_fold(tree.as_item_mut(), |item, step| match step {
-                Segment::Key(key) => item.get_mut(key.as_str()),
-                Segment::Index(index) => item.get_mut(*index),
-            });
-            if let Some(item) = item {
-                let value = toml_edit::value(file.display().to_string());
-                match item.get_mut("path") {
-                    Some(inner) => *inner = value,
-                    None => *item = value,
-                }
-            }
-        }
+        let mut paths = Paths { folder: &self.folder };
+        paths.visit_document_mut(&mut tree);
         tree.to_string()
     }
 
-    pub(super) fn tables(&self) -> Result<Scenario, ScenarioError> {
+    pub(crate) fn tables(&self) -> Result<Scenario, ScenarioError> {
         let whole = |e: &toml::de::Error| syntax_error(&self.name, &self.edited, e);
         let values: toml::Table = self.edited.parse().map_err(|e| whole(&e))?;
         if let Some(path) = first_not_finite(&toml::Value::Table(values), &KeyPath::default()) {
@@ -152,6 +161,44 @@ impl Document {
         let text = self.edited.get(found.value)?.split_whitespace().collect::<Vec<_>>().join(" ");
         let short: String = text.chars().take(MAX_VALUE).collect();
         Some(if short.len() < text.len() { format!("{short}...") } else { short })
+    }
+}
+
+/// Keys whose value is a file, or a table with its `path`.
+const FILES: [&str; 4] = ["mesh", "labelmap", "part", "modulus"];
+
+/// Makes paths of files absolute that start at a folder.
+struct Paths<'a> {
+    folder: &'a Path,
+}
+
+impl Paths<'_> {
+    fn make_absolute_in(&self, table: &mut Item) {
+        if let Some(path) = table.as_table_like_mut().and_then(|t| t.get_mut("path")) {
+            self.make_absolute(path);
+        }
+    }
+
+    fn make_absolute(&self, path: &mut Item) {
+        if let Some(text) = path.as_str()
+            && !Path::new(text).is_absolute()
+        {
+            let file = self.folder.join(text);
+            *path = toml_edit::value(std::path::absolute(&file).unwrap_or(file).display().to_string());
+        }
+    }
+}
+
+impl VisitMut for Paths<'_> {
+    fn visit_table_like_kv_mut(&mut self, key: KeyMut<'_>, node: &mut Item) {
+        if FILES.contains(&key.get()) {
+            // The text of a part is its name.
+            if node.is_str() && key.get() == "labelmap" {
+                self.make_absolute(node);
+            }
+            self.make_absolute_in(node);
+        }
+        visit_mut::visit_table_like_kv_mut(self, key, node);
     }
 }
 

@@ -101,6 +101,7 @@ const REGION_EXAMPLES: &[(&str, &str)] = &[
         "surface_patch",
         "region = { surface_patch = { centre = [0.0, 0.0, 1.0], radius = 0.1, facing = [0.0, 0.0, 1.0] } }",
     ),
+    ("part", "region = { part = \"falciform_ligament\" }"),
     ("point", "region = { point = [0.5, 0.5, 1.0] }"),
     (
         "and",

@@ -10,6 +10,7 @@ mod label_map;
 mod loads;
 mod material;
 mod overrides;
+mod part;
 mod places;
 mod region;
 mod tables;
@@ -28,6 +29,7 @@ pub use loads::{
     MotionTable, RampTable,
 };
 pub use material::{MaterialTable, MaterialTables, ModulusTable};
+pub use part::{Names, PartTable, PartValue};
 pub use region::{AxisName, RegionTable, SideName};
 pub use tables::{
     BodyTable, CheckpointTable, FieldTable, FormulationName, GaugeTable, InitialTable, Integrator,
@@ -53,7 +55,6 @@ const FILE: Kind = Kind {
 pub struct LoadedScenario {
     document: Document,
     tables: Scenario,
-    base_dir: PathBuf,
 }
 
 impl LoadedScenario {
@@ -80,9 +81,9 @@ impl LoadedScenario {
         base_dir: PathBuf,
         sets: &[String],
     ) -> Result<Self, ScenarioError> {
-        let document = Document::new(name, text, sets)?;
+        let document = Document::new(name, text, sets)?.in_folder(base_dir);
         let tables = document.tables()?;
-        Ok(Self { document, tables, base_dir })
+        Ok(Self { document, tables })
     }
 
     /// The tables of the scenario.
@@ -102,35 +103,7 @@ impl LoadedScenario {
 
     /// The scenario as run in a form that runs from any folder: relative paths of meshes and images are made absolute.
     pub fn as_run_anywhere(&self) -> String {
-        let body = &self.tables.body;
-        let mut files: Vec<(KeyPath, String)> = Vec::new();
-        match (&body.shape, &body.labelmap) {
-            (Some(ShapeTable::Mesh { path, .. }), _) => {
-                files.push((KeyPath::from("body.shape.mesh.path"), path.clone()));
-            }
-            (_, Some(LabelMapValue(table))) => {
-                files.push((KeyPath::from("body.labelmap"), table.path.clone()));
-            }
-            _ => {}
-        }
-        for (place, table) in self.tables.material.iter().flat_map(MaterialTables::iter) {
-            if let Ok(Some(ShapeTable::Mesh { path, .. })) = table.shape(&self.document, &place) {
-                files.push((place.key("shape").key("mesh").key("path"), path));
-            }
-            if let Ok(Some(modulus)) = table.modulus(&self.document, &place) {
-                files.push((place.key("modulus").key("path"), modulus.path));
-            }
-        }
-        files.retain(|(_, path)| !Path::new(path).is_absolute());
-        if files.is_empty() {
-            return self.as_run().to_owned();
-        }
-        let absolute = |path: &str| {
-            let file = self.base_dir.join(path);
-            std::path::absolute(&file).unwrap_or(file)
-        };
-        let files: Vec<_> = files.into_iter().map(|(place, path)| (place, absolute(&path))).collect();
-        self.document.with_paths(&files)
+        self.document.with_absolute_paths()
     }
 
     /// The file it was read from, if it was.
@@ -140,7 +113,7 @@ impl LoadedScenario {
 
     /// Where relative mesh paths resolve.
     pub fn base_dir(&self) -> &Path {
-        &self.base_dir
+        self.document.folder()
     }
 
     /// The title, or the name of the file if it has none.

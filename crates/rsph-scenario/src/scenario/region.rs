@@ -1,5 +1,6 @@
 //! Regions of space, as a scenario file writes them.
 
+use super::part::PartValue;
 use rsph_core::region::{Axis, Side};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -49,6 +50,8 @@ pub enum RegionTable {
         /// Direction that the outward normal must face.
         facing: [f64; 3],
     },
+    /// Named or painted parts of a mesh; holds surface alone.
+    Part(PartValue),
     /// A single point (m), for probes.
     Point([f64; 3]),
     /// Points in all of the regions.
