@@ -49,7 +49,7 @@ class Boundary:
 
 @dataclass(frozen=True, kw_only=True)
 class Clamp(Boundary):
-    """A part that does not move.
+    """A part that does not move. ``moment_about`` is a point (m, shape (3,)).
 
     >>> import rsph
     >>> floor = rsph.regions.plane(axis="z", at=0.0, side="below")
@@ -127,6 +127,7 @@ class Prescribed(Boundary):
     Args:
         region: as for every boundary.
         fix: as for every boundary.
+        moment_about: as for every boundary, a point (m), shape (3,).
         motion: a :class:`RampTo`, a :class:`Follow` or an :class:`Oscillation`.
     """
 

@@ -40,8 +40,8 @@ class Curve:
     >>> beat = Curve(time=[0.0, 0.3, 0.8], value=[0.0, 1.0, 0.0], kind="smooth", periodic=True)
 
     Args:
-        time: times of the points (s), ascending.
-        value: factors at these times.
+        time: times of the points (s), ascending, shape (N,).
+        value: factors at these times, shape (N,).
         kind: from one point to the next along a straight line (``"linear"``), not at all until the
             time of the next one (``"step"``), or by monotone cubics with a continuous rate
             (``"smooth"``).

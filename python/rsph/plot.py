@@ -51,7 +51,8 @@ def force_displacement(
     """Plots the force of a boundary that moves over its displacement.
 
     Args:
-        history: what ``Simulation.run`` or ``Simulation.history`` returns, or ``Run.history``.
+        history: what ``Simulation.run`` or ``Simulation.history`` returns, or ``Run.history``:
+            columns of N readings, shape (N,), forces in N and displacements in m.
         boundary: its name.
         component: which component of both; by default the one that moves farthest.
         axes: matplotlib axes to draw on; by default new ones.

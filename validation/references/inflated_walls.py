@@ -1,13 +1,16 @@
-"""Thick walls inflated by a pressure that follows them: the exact radial solution of the neo-Hookean law.
+"""Thick walls inflated by a pressure that follows them: the exact radial solution.
 
-A hollow sphere and a tube in plane strain, of radii a = 1 and b = 2, E = 10, free outside. The pressure is that at which the inner
-wall has a hoop stretch of 1.2. With the stretches l_r = dr/dR and l_t = r/R and J = l_r l_t^k (k = 2 for the sphere, 1 for the tube)
-the nominal stresses are P_i = mu (l_i - 1/l_i) + lambda ln(J) / l_i (and l_z = 1), and equilibrium is dP_r/dR = -k (P_r - P_t)/R with
-P_r(a) = -p l_t(a)^k and P_r(b) = 0. Integrated from the inner wall; the pressure is found by a root search.
+A hollow sphere and a tube in plane strain, of radii a = 1 and b = 2, E = 10, free outside. The
+pressure is that at which the inner wall has a hoop stretch of 1.2. With the stretches l_r = dr/dR
+and l_t = r/R and J = l_r l_t^k (k = 2 for the sphere, 1 for the tube) the nominal stresses are
+P_i = mu (l_i - 1/l_i) + lambda ln(J) / l_i (and l_z = 1), and equilibrium is dP_r/dR = -k (P_r -
+P_t)/R with P_r(a) = -p l_t(a)^k and P_r(b) = 0. Integrated from the inner wall; the pressure is
+found by a root search.
 
     python inflated_walls.py
 
-Prints for each wall and Poisson's ratio: p, u(b) (u(a) is 0.2) and the Cauchy hoop stresses at both walls.
+Prints for each wall and Poisson's ratio: p, u(b) (u(a) is 0.2) and the Cauchy hoop stresses at
+both walls.
 """
 
 import numpy as np
@@ -22,7 +25,7 @@ def solve(k: int, nu: float) -> tuple[float, float, float, float]:
     lam = YOUNG * nu / ((1 + nu) * (1 - 2 * nu))
 
     def stress(x: float, others: float, along: float) -> float:
-        """P of the stretch `along` where the stretches `x` and those with the product `others` make J."""
+        """P along a stretch, with the stretches `x` and the product of the others."""
         return mu * (along - 1 / along) + lam * np.log(x * others) / along
 
     def radial(p_r: float, l_t: float) -> float:

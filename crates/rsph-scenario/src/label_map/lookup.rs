@@ -9,21 +9,41 @@ use std::sync::Arc;
 /// How far, in voxels, the value of a voxel without a value may come from.
 const NEAREST: i64 = 3;
 
-/// The space of some voxels: where their indicator, interpolated between the centres of voxels, is a half or more.
+/// The space of one label among several: where its indicator, interpolated between the centres of voxels, is larger than those of the
+/// others. So a point of the body between the last voxels and the background belongs to the label that is nearest.
 #[derive(Clone, Debug)]
-pub struct InVoxels {
-    /// By k, j, i.
-    runs: Vec<Run>,
+pub struct OfLabel {
+    own: Voxels,
+    others: Vec<Voxels>,
     placement: Placement,
     inverse: Mat3,
 }
 
-impl InVoxels {
-    /// Of the voxels in `runs`; `None` if the placement is none.
-    pub fn new(mut runs: Vec<Run>, placement: Placement) -> Option<Self> {
-        runs.sort_unstable_by_key(order);
+impl OfLabel {
+    /// Of the voxels in the runs `own`, beside those of other labels; `None` if the placement is none.
+    pub fn new(own: Vec<Run>, others: Vec<Vec<Run>>, placement: Placement) -> Option<Self> {
         let inverse = placement.axes.try_inverse()?;
-        Some(Self { runs, placement, inverse })
+        let others = others.into_iter().map(Voxels::new).collect();
+        Some(Self { own: Voxels::new(own), others, placement, inverse })
+    }
+}
+
+impl Place for OfLabel {
+    fn contains(&self, x: &Vec3) -> bool {
+        let at = self.inverse * (x - self.placement.origin);
+        let own = self.own.indicator(&at);
+        own > 0.0 && self.others.iter().all(|other| other.indicator(&at) < own)
+    }
+}
+
+/// Runs of voxels by k, j, i.
+#[derive(Clone, Debug)]
+struct Voxels(Vec<Run>);
+
+impl Voxels {
+    fn new(mut runs: Vec<Run>) -> Self {
+        runs.sort_unstable_by_key(order);
+        Self(runs)
     }
 
     fn holds(&self, voxel: [i64; 3]) -> bool {
@@ -31,24 +51,19 @@ impl InVoxels {
             return false;
         }
         let [i, j, k] = voxel.map(|i| i as usize);
-        let after = self.runs.partition_point(|run| order(run) <= (k, j, i));
-        let before = after.checked_sub(1).and_then(|n| self.runs.get(n));
+        let after = self.0.partition_point(|run| order(run) <= (k, j, i));
+        let before = after.checked_sub(1).and_then(|n| self.0.get(n));
         before.is_some_and(|run| run.start[1..] == [j, k] && i < run.start[0] + run.length)
+    }
+
+    /// 1 at the centres of these voxels, 0 at those of others, linear between them.
+    fn indicator(&self, at: &Vec3) -> f64 {
+        corners(at).map(|(voxel, weight)| if self.holds(voxel) { weight } else { 0.0 }).sum()
     }
 }
 
 fn order(run: &Run) -> (usize, usize, usize) {
     (run.start[2], run.start[1], run.start[0])
-}
-
-impl Place for InVoxels {
-    fn contains(&self, x: &Vec3) -> bool {
-        let indicator = |voxel| if self.holds(voxel) { 1.0 } else { 0.0 };
-        corners(&(self.inverse * (x - self.placement.origin)))
-            .map(|(voxel, w)| w * indicator(voxel))
-            .sum::<f64>()
-            >= 0.5
-    }
 }
 
 /// The voxels around a point in voxel coordinates, with their weights.
@@ -105,15 +120,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn points_are_in_voxels_up_to_half_way_to_the_next() {
+    fn points_belong_to_the_label_that_is_nearest() {
         let placement = Placement { axes: Mat3::identity() * 2.0, origin: Vec3::repeat(1.0) };
         let runs = vec![Run { start: [3, 1, 1], length: 2 }, Run { start: [0, 1, 1], length: 1 }];
-        let place = InVoxels::new(runs, placement).unwrap();
-        let at = |x: f64| place.contains(&Vec3::new(1.0 + 2.0 * x, 3.0, 3.0));
+        let others = vec![vec![Run { start: [1, 1, 1], length: 2 }]];
+        let place = OfLabel::new(runs, others, placement).unwrap();
+        let at = |x: f64, z: f64| place.contains(&Vec3::new(1.0 + 2.0 * x, 3.0, 1.0 + 2.0 * z));
         assert!(
-            at(0.0) && at(0.49) && !at(0.51) && !at(2.49) && at(2.51) && at(4.0) && !at(4.51) && !at(-0.6)
+            at(0.0, 1.0)
+                && at(0.49, 1.0)
+                && !at(0.51, 1.0)
+                && !at(2.49, 1.0)
+                && at(2.51, 1.0)
+                && at(4.0, 1.0)
         );
-        assert!(!place.contains(&Vec3::new(7.0, 3.0, 4.1)));
+        // Beside the last voxels, too.
+        assert!(at(4.7, 1.0) && at(3.0, 1.8) && !at(2.0, 1.8) && !at(5.1, 1.0) && !at(3.0, 2.1));
     }
 
     #[test]

@@ -6,7 +6,7 @@ mod lookup;
 mod nifti;
 
 pub use grid::{ImageGrid, read_grid};
-pub use lookup::{InVoxels, volume_field};
+pub use lookup::{OfLabel, volume_field};
 
 use rsph_core::shape::{Placement, Run};
 use rsph_core::tensor::{Mat3, Vec3};

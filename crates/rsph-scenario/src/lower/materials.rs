@@ -1,7 +1,7 @@
 //! The materials of a body and where each of them is.
 
 use super::parts::region;
-use crate::label_map::{InVoxels, read_label, read_values, volume_field};
+use crate::label_map::{OfLabel, read_label, read_values, volume_field};
 use crate::scenario::{
     Document, KeyPath, LabelMapTable, LabelMapValue, MaterialTables, ModulusTable, ScenarioError,
 };
@@ -89,7 +89,9 @@ pub fn materials(
     for Entry { path, name, material, modulus, place } in entries {
         let place = match (place, image, folder) {
             (Where::At(place), ..) => place,
-            (Where::Label(label), Some(image), Some(folder)) => voxels(doc, &path, image, label, folder)?,
+            (Where::Label(label), Some(image), Some(folder)) => {
+                voxels(doc, &path, image, (label, &labels), folder)?
+            }
             _ => continue,
         };
         solid.parts.push(MaterialPart { name, material, modulus, place });
@@ -116,21 +118,25 @@ fn rest(doc: &Document, entries: &mut Vec<Entry>) -> Result<Entry, ScenarioError
     }
 }
 
-/// The voxels of a label.
+/// Where a label is, beside the other `labels` of the body.
 fn voxels(
     doc: &Document,
     path: &KeyPath,
     image: &LabelMapTable,
-    label: u32,
+    (label, labels): (u32, &[(u32, Option<String>)]),
     folder: &Path,
 ) -> Result<Arc<dyn Place>, ScenarioError> {
-    let read = read_label(&folder.join(&image.path), label).map_err(|e| {
-        let problem = format!("{}: {}", e.path.display(), e.problem);
-        doc.error(&KeyPath::from("body.labelmap.path"), problem, e.remedy)
-    })?;
-    let placement = read.placement(image.scale, image.axes.axes());
-    let place = InVoxels::new(read.runs, placement).ok_or_else(|| no_place(doc, path))?;
-    Ok(Arc::new(place))
+    let read = |label: u32| {
+        read_label(&folder.join(&image.path), label).map_err(|e| {
+            let problem = format!("{}: {}", e.path.display(), e.problem);
+            doc.error(&KeyPath::from("body.labelmap.path"), problem, e.remedy)
+        })
+    };
+    let own = read(label)?;
+    let others = labels.iter().filter(|(other, _)| *other != label).map(|(other, _)| Ok(read(*other)?.runs));
+    let placement = own.placement(image.scale, image.axes.axes());
+    let place = OfLabel::new(own.runs, others.collect::<Result<_, ScenarioError>>()?, placement);
+    Ok(Arc::new(place.ok_or_else(|| no_place(doc, path))?))
 }
 
 /// The map of a modulus.

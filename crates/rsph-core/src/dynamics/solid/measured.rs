@@ -19,9 +19,15 @@ impl Solid {
         let n = self.len();
         let u = particles.column(Field::Displacement).clone();
         self.spread_displacement(t, u.values());
+        let is_linear = self.is_linear();
         self.visit_sums(false, |_, _, sums| {
+            let (mut g, plain) = (sums.deformation, &sums.gradient);
+            if is_linear {
+                // Only the strain is corrected near the surface.
+                g = 0.5 * (g + g.transpose()) + 0.5 * (plain - plain.transpose());
+            }
             let mut out = [0.0; PAIR_COMPONENTS];
-            out[..9].copy_from_slice(sums.deformation.transpose().as_slice());
+            out[..9].copy_from_slice(g.transpose().as_slice());
             out
         });
         let gradient = self.gather_pair(0..9);
