@@ -24,7 +24,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Those of particle `a`.
+    /// Moments of particle `a`.
     pub fn new(lattice: &Lattice, volume: &[f64], a: usize) -> Self {
         let (mut second, mut first, mut zeroth) = (Mat3::zeros(), Vec3::zeros(), 0.0);
         let mut add = |vw: f64, x: &Vec3| {

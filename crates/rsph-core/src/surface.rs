@@ -59,7 +59,7 @@ impl Surface {
         Self { mesh, fields }
     }
 
-    /// Replaces the strain and the stress of every vertex, and what follows from them, by these.
+    /// Replaces the strain, the stress and the material of every vertex, and what follows from them, by these.
     pub fn set_strain_and_stress(&mut self, read: &[VertexStrain]) {
         let (normal, shear): (Vec<f64>, Vec<f64>) =
             read.iter().map(|v| normal_and_shear(v.local.strain, &v.normal)).unzip();
@@ -69,6 +69,7 @@ impl Surface {
             ("von_mises", read.iter().map(|v| v.local.stress.von_mises()).collect()),
             ("normal_strain", normal),
             ("shear_strain", shear),
+            ("material", read.iter().map(|v| v.material as f64).collect()),
         ];
         for (name, values) in new {
             if let Some(field) = self.fields.iter_mut().find(|f| f.name == name) {
@@ -98,6 +99,8 @@ pub struct VertexStrain {
     pub normal: Vec3,
     /// Deformation, strain and stress.
     pub local: LocalState,
+    /// Number of the material.
+    pub material: usize,
 }
 
 /// Normal strain n.e.n and shear strain |e n - (n.e.n) n| on a surface with unit normal n, Fig. 7.

@@ -1,9 +1,9 @@
 //! A time step does not allocate, the watchdog's look at the state included.
 
-use rsph_core::material::KelvinVoigt;
+use rsph_core::material::{KelvinVoigt, Material, NeoHookean};
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
-use rsph_core::setup::{Boundary, Curve, Fix, Load, LoadKind, Setup, SolidSetup, Units};
+use rsph_core::setup::{Boundary, Curve, Fix, Load, LoadKind, MaterialPart, Setup, SolidSetup, Units};
 use rsph_core::shape::BoxShape;
 use rsph_core::simulation::Simulation;
 use rsph_core::tensor::Vec3;
@@ -38,42 +38,51 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
+/// A cube that is clamped and pulled, of two materials if `law` gives them, or under a pressure that follows its surface.
+fn cube(law: fn(f64) -> Arc<dyn Material>, several: bool, kind: LoadKind) -> Simulation {
+    let face = |at, side| Region::Plane { axis: Axis::Z, at, side };
+    let mut solid = SolidSetup::new(law(100.0));
+    solid.boundaries =
+        vec![Boundary { name: None, region: face(0.0, Side::Below), fix: Fix::ALL, motion: None }];
+    solid.loads = vec![Load { kind, curve: Curve::default() }];
+    if several {
+        let place = Arc::new(Region::Ball { centre: Vec3::repeat(0.5), radius: 0.3 });
+        solid.parts.push(MaterialPart { name: "stiff".into(), material: law(1000.0), modulus: None, place });
+    }
+    let shape = Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap());
+    let setup = Setup::new(shape, Resolution::Particles(1000), solid);
+    Simulation::new(Setup { units: Units::Normalised, ..setup }).unwrap()
+}
+
 #[test]
 fn a_step_does_not_allocate() {
-    let face = |at, side| Region::Plane { axis: Axis::Z, at, side };
-    let mut simulation = Simulation::new(Setup {
-        units: Units::Normalised,
-        ..Setup::new(
-            Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap()),
-            Resolution::Particles(1000),
-            SolidSetup {
-                boundaries: vec![Boundary {
-                    name: None,
-                    region: face(0.0, Side::Below),
-                    fix: Fix::ALL,
-                    motion: None,
-                }],
-                loads: vec![Load {
-                    kind: LoadKind::Traction { region: face(1.0, Side::Above), traction: Vec3::z() },
-                    curve: Curve::default(),
-                }],
-                ..SolidSetup::new(Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap()))
-            },
-        )
-    })
-    .unwrap();
+    let small: fn(f64) -> Arc<dyn Material> =
+        |modulus| Arc::new(KelvinVoigt::new(1.0, modulus, 0.3, 0.2).unwrap());
+    let large: fn(f64) -> Arc<dyn Material> =
+        |modulus| Arc::new(NeoHookean::new(1.0, modulus, 0.3, 0.2).unwrap());
+    let top = Region::Plane { axis: Axis::Z, at: 1.0, side: Side::Above };
+    let traction = LoadKind::Traction { region: top.clone(), traction: Vec3::z() };
+    let follower = LoadKind::FollowerPressure { region: top, pressure: 1.0 };
+    let bodies = [
+        ("one linear law", cube(small, false, traction.clone())),
+        ("two linear laws", cube(small, true, traction.clone())),
+        ("two laws for any strain", cube(large, true, traction)),
+        ("a follower", cube(large, false, follower)),
+    ];
     // Inside of the pool: what the pool itself allocates when work comes from outside is not ours.
     // Its work queues may grow while it gets under way.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
-    let counted = pool.install(|| {
-        for _ in 0..50 {
-            simulation.step().unwrap();
-        }
-        let before = ALLOCATIONS.load(Ordering::Relaxed);
-        for _ in 0..100 {
-            simulation.step().unwrap();
-        }
-        ALLOCATIONS.load(Ordering::Relaxed) - before
-    });
-    assert_eq!(counted, 0, "allocations in 100 steps");
+    for (what, mut simulation) in bodies {
+        let counted = pool.install(|| {
+            for _ in 0..50 {
+                simulation.step().unwrap();
+            }
+            let before = ALLOCATIONS.load(Ordering::Relaxed);
+            for _ in 0..100 {
+                simulation.step().unwrap();
+            }
+            ALLOCATIONS.load(Ordering::Relaxed) - before
+        });
+        assert_eq!(counted, 0, "allocations in 100 steps of {what}");
+    }
 }

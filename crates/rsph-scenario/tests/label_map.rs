@@ -1,29 +1,15 @@
 //! Segmented images: what is read from them, and what is refused. Python's tests compare with nibabel.
 
+mod common;
+
 use proptest::prelude::*;
 use rsph_core::shape::{Run, voxel_shape};
 use rsph_core::tensor::Vec3;
 use rsph_scenario::label_map::{Axes, LabelMapError, Labelled, read_label};
 
-/// A NIfTI-1 image of bytes with voxels of 2 mm, moved by (10, 20, 30) mm.
+/// Voxels of 2 mm, moved by (10, 20, 30) mm.
 fn image(size: [i16; 3], voxels: &[u8]) -> Vec<u8> {
-    let mut raw = vec![0; 352];
-    let mut put = |at: usize, bytes: &[u8]| raw[at..at + bytes.len()].copy_from_slice(bytes);
-    put(0, &348_i32.to_le_bytes());
-    for (i, n) in [3, size[0], size[1], size[2], 1, 1, 1, 1].into_iter().enumerate() {
-        put(40 + 2 * i, &n.to_le_bytes());
-    }
-    put(70, &2_i16.to_le_bytes());
-    put(108, &352.0_f32.to_le_bytes());
-    put(123, &[2]);
-    put(254, &1_i16.to_le_bytes());
-    for i in 0..3 {
-        put(280 + 20 * i, &2.0_f32.to_le_bytes());
-        put(292 + 16 * i, &(10.0 * (i + 1) as f32).to_le_bytes());
-    }
-    put(344, b"n+1\0");
-    raw.extend_from_slice(voxels);
-    raw
+    common::nifti(size, 2.0, [10.0, 20.0, 30.0], voxels)
 }
 
 fn read(raw: &[u8], label: u32) -> Result<Labelled, LabelMapError> {

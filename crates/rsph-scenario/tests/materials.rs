@@ -1,29 +1,17 @@
 //! Several materials in one body, through scenario files: by region, shape, label of a label map, and maps of moduli.
 
+mod common;
+
 use rsph_core::particles::Field;
 use rsph_core::simulation::Simulation;
 use rsph_scenario::scenario::LoadedScenario;
 use std::path::Path;
 
-/// A NIfTI-1 image of bytes with voxels of 100 mm, the first around the origin.
+/// Voxels of 100 mm, the first around the origin.
 fn image(size: [i16; 3], voxel: impl Fn(usize, usize, usize) -> u8) -> Vec<u8> {
-    let mut raw = vec![0; 352];
-    let mut put = |at: usize, bytes: &[u8]| raw[at..at + bytes.len()].copy_from_slice(bytes);
-    put(0, &348_i32.to_le_bytes());
-    for (i, n) in [3, size[0], size[1], size[2], 1, 1, 1, 1].into_iter().enumerate() {
-        put(40 + 2 * i, &n.to_le_bytes());
-    }
-    put(70, &2_i16.to_le_bytes());
-    put(108, &352.0_f32.to_le_bytes());
-    put(123, &[2]);
-    put(254, &1_i16.to_le_bytes());
-    for i in 0..3 {
-        put(280 + 20 * i, &100.0_f32.to_le_bytes());
-    }
-    put(344, b"n+1\0");
     let [nx, ny, nz] = size.map(|n| n as usize);
-    raw.extend((0..nx * ny * nz).map(|n| voxel(n % nx, n / nx % ny, n / nx / ny)));
-    raw
+    let voxels: Vec<u8> = (0..nx * ny * nz).map(|n| voxel(n % nx, n / nx % ny, n / nx / ny)).collect();
+    common::nifti(size, 100.0, [0.0; 3], &voxels)
 }
 
 const MATERIAL: &str = "model = \"kelvin-voigt\"\ndensity = 1000.0\nyoung_modulus = 100.0\npoisson_ratio = 0.0\nrelaxation_time = 0.0\n";

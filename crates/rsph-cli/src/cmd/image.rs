@@ -58,7 +58,7 @@ enum Outside {
 /// Axes of the body.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum AxesName {
-    /// Those of the image
+    /// Axes of the image
     Image,
     /// x to the left of the body, y up, z to the front
     Organ,

@@ -398,7 +398,7 @@ impl Sums {
 }
 
 impl Shares {
-    /// Those of clusters with these lists of (particle, weight), by particle.
+    /// Shares of clusters with these lists of (particle, weight), by particle.
     fn new(weights: &[Vec<(u32, f64)>], positions: &[Vec3]) -> Self {
         let n = positions.len();
         let mut end = vec![0_usize; n + 1];

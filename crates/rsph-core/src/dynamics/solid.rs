@@ -135,10 +135,9 @@ impl Solid {
     #[must_use]
     pub fn made_of(mut self, materials: Vec<Arc<dyn Material>>, cells: Vec<Composition>) -> Self {
         let volumes = self.volumes();
-        let materials = Materials::by_place(materials, cells, &self.lattice.tiles);
+        let materials = Materials::by_place(materials.into_iter(), cells, &self.lattice.tiles);
         self.mass = Arc::new(volumes.iter().enumerate().map(|(a, v)| v * materials.density(a)).collect());
         self.set_materials(materials);
-        self.linearise_undeformed();
         self
     }
 

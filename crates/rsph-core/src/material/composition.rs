@@ -29,34 +29,34 @@ impl Composition {
     }
 }
 
-/// The materials of a body of several, as cells mix them.
+/// All materials of a body, and what cells make of them.
 #[derive(Clone, Debug)]
-pub(crate) struct Palette {
-    materials: Vec<Arc<dyn Material>>,
-    laws: Vec<AnyLaw>,
-    stiffness: Vec<Stiffness>,
-}
+pub(crate) struct MaterialSet(Vec<AnyLaw>);
 
-impl Palette {
-    pub(crate) fn new(materials: Vec<Arc<dyn Material>>) -> Self {
-        Self {
-            laws: materials.iter().map(AnyLaw::new).collect(),
-            stiffness: materials.iter().map(|m| m.stiffness()).collect(),
-            materials,
-        }
+impl MaterialSet {
+    pub(crate) fn new(materials: impl Iterator<Item = Arc<dyn Material>>) -> Self {
+        Self(materials.map(AnyLaw::new).collect())
     }
 
-    pub(crate) fn materials(&self) -> &[Arc<dyn Material>] {
-        &self.materials
+    pub(crate) fn materials(&self) -> impl Iterator<Item = &Arc<dyn Material>> {
+        self.0.iter().map(|of| &of.material)
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    pub(crate) fn material(&self, material: u16) -> &dyn Material {
+        &*self.0[usize::from(material)].material
     }
 
     pub(crate) fn law(&self, material: u16) -> &dyn FiniteStrain {
-        self.laws[usize::from(material)].law()
+        self.0[usize::from(material)].law()
     }
 
     /// Stiffness of a material in the undeformed state.
     pub(crate) fn stiffness_of(&self, material: u16) -> &Stiffness {
-        &self.stiffness[usize::from(material)]
+        self.0[usize::from(material)].stiffness()
     }
 
     /// Stiffness of a cell in the undeformed state.
@@ -73,7 +73,7 @@ impl Palette {
 
     /// Density of a cell (kg/m^3).
     pub(crate) fn density(&self, cell: &Composition) -> f64 {
-        let of = |k: usize| self.materials[usize::from(cell.materials[k])].density();
+        let of = |k: usize| self.material(cell.materials[k]).density();
         cell.shares().iter().enumerate().map(|(k, share)| share * of(k)).sum()
     }
 
@@ -96,32 +96,40 @@ impl Palette {
         }
     }
 
-    /// dP/dF of the two materials of a cell at F, column by column of its nine components row by row.
+    /// dP/dF of a cell at F, column by column of its nine components row by row.
     pub(crate) fn tangents(&self, cell: &Composition, f: &Mat3) -> [Mat3; 9] {
-        self.with_law(cell, |law| {
+        let columns = |change: &dyn Fn(&Mat3) -> Mat3| {
             std::array::from_fn(|c| {
                 let mut df = Mat3::zeros();
                 df[(c / 3, c % 3)] = 1.0;
-                law.tangent(f, &df)
+                change(&df)
             })
-        })
+        };
+        match self.laminate(cell) {
+            Some(laminate) => columns(&laminate.tangent_at(f)),
+            None => columns(&|df| self.scaled(cell, 0).tangent(f, df)),
+        }
+    }
+
+    /// The displacement gradient in the material with the larger share of a cell.
+    pub(crate) fn larger_layer(&self, cell: &Composition, gradient: &Mat3) -> Mat3 {
+        let Some(interface) = &cell.interface else { return *gradient };
+        if matches!(self.material(cell.materials[0]).law(), Law::Linear(_)) {
+            let of = [0, 1].map(|k| *self.stiffness_of(cell.materials[k]) * cell.factors[k]);
+            return interface.first_linear_layer([&of[0], &of[1]], gradient);
+        }
+        let f = Mat3::identity() + gradient;
+        self.laminate(cell).map_or(*gradient, |laminate| laminate.gradients(&f)[0] - Mat3::identity())
     }
 
     /// Strain and stress as results show them: of the material with the larger share of a cell, by its own measures.
     pub(crate) fn measures(&self, cell: &Composition, gradient: &Mat3, rate: &Mat3) -> [SymTensor; 2] {
-        let material = &self.materials[usize::from(cell.materials[0])];
+        let (material, layer) = (self.material(cell.materials[0]), self.larger_layer(cell, gradient));
         let (strain, stress) = match material.law() {
-            Law::Linear(_) => {
-                let of = [0, 1].map(|k| *self.stiffness_of(cell.materials[k]) * cell.factors[k]);
-                let layer = |i: Interface| i.first_linear_layer([&of[0], &of[1]], gradient);
-                let gradient = cell.interface.map_or(*gradient, layer);
-                Law::Linear(of[0]).measures(material.relaxation_time(), &gradient, rate)
+            Law::Linear(stiffness) => {
+                Law::Linear(stiffness * cell.factors[0]).measures(material.relaxation_time(), &layer, rate)
             }
-            Law::FiniteStrain(_) => {
-                let f = Mat3::identity() + gradient;
-                let layer = self.laminate(cell).map_or(f, |laminate| laminate.gradients(&f)[0]);
-                Law::FiniteStrain(&self.scaled(cell, 0)).measures(0.0, &(layer - Mat3::identity()), rate)
-            }
+            Law::FiniteStrain(_) => Law::FiniteStrain(&self.scaled(cell, 0)).measures(0.0, &layer, rate),
         };
         [strain, stress]
     }

@@ -17,7 +17,7 @@ use crate::tensor::{Mat3, SymTensor, Vec3};
 /// Steps of Newton's method for the jump.
 const MAX_STEPS: usize = 25;
 /// Halvings of such a step.
-const MAX_HALVINGS: usize = 20;
+const MAX_HALVINGS: i32 = 20;
 /// Difference of the tractions at which the jump is good enough, in units of the smaller shear modulus.
 const TOLERANCE: f64 = 1e-11;
 
@@ -121,18 +121,26 @@ impl Laminate<'_> {
             };
             // As long as it lowers the energy, but for rounding.
             let slack = 1e-13 * energy.abs();
-            let mut share = 1.0;
-            for _ in 0..MAX_HALVINGS {
-                let tried = self.interface.gradients(f, &(jump + step * share));
-                let found = self.layer_energy(&tried);
-                if found <= energy + slack {
-                    (jump, of, energy) = (jump + step * share, tried, found);
-                    break;
-                }
-                share *= 0.5;
-            }
+            let mut shorter = (0..MAX_HALVINGS).map(|k| jump + step * 0.5_f64.powi(k)).map(|jump| {
+                let layers = self.interface.gradients(f, &jump);
+                (jump, layers, self.layer_energy(&layers))
+            });
+            let Some(lower) = shorter.find(|(.., found)| *found <= energy + slack) else { break };
+            (jump, of, energy) = lower;
         }
         of
+    }
+
+    /// The tangent at F as a function of dF.
+    pub(crate) fn tangent_at(&self, f: &Mat3) -> impl Fn(&Mat3) -> Mat3 {
+        let of = self.gradients(f);
+        let inverse = self.acoustic(&of).try_inverse().unwrap_or_else(Mat3::zeros);
+        move |df| {
+            let alone = [0, 1].map(|k| self.layers[k].tangent(&of[k], df));
+            let jump = -(inverse * ((alone[0] - alone[1]) * self.interface.normal));
+            let changes = self.interface.gradients(df, &jump);
+            self.interface.mean([0, 1].map(|k| self.layers[k].tangent(&of[k], &changes[k])))
+        }
     }
 }
 
@@ -147,13 +155,7 @@ impl FiniteStrain for Laminate<'_> {
     }
 
     fn tangent(&self, f: &Mat3, df: &Mat3) -> Mat3 {
-        let n = &self.interface.normal;
-        let of = self.gradients(f);
-        let alone = [0, 1].map(|k| self.layers[k].tangent(&of[k], df));
-        let inverse = self.acoustic(&of).try_inverse().unwrap_or_else(Mat3::zeros);
-        let jump = -(inverse * ((alone[0] - alone[1]) * n));
-        let changes = self.interface.gradients(df, &jump);
-        self.interface.mean([0, 1].map(|k| self.layers[k].tangent(&of[k], &changes[k])))
+        self.tangent_at(f)(df)
     }
 
     /// Both layers at the rate of the cell.

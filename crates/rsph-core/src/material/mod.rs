@@ -21,7 +21,7 @@ mod veronda_westmann;
 mod yeoh;
 
 pub use composition::Composition;
-pub(crate) use composition::Palette;
+pub(crate) use composition::MaterialSet;
 pub use corotated::Corotated;
 pub(crate) use corotated::rotation_of;
 pub use damped::Damped;

@@ -1,6 +1,6 @@
 //! Laws as a body of several materials uses them: scaled to another modulus, and linear ones beside others.
 
-use super::{FiniteStrain, Law, Material, Stiffness};
+use super::{FiniteStrain, Material, Stiffness};
 use crate::tensor::{Mat3, SymTensor};
 use std::sync::Arc;
 
@@ -29,32 +29,27 @@ impl FiniteStrain for SmallStrain {
     }
 }
 
-/// The law of a material, whatever it is, as a function of the deformation gradient.
+/// A material with its law as a function of the deformation gradient, whatever that is.
 #[derive(Clone, Debug)]
-pub(crate) enum AnyLaw {
-    FiniteStrain(Arc<dyn Material>),
-    SmallStrain(Arc<dyn FiniteStrain>),
+pub(crate) struct AnyLaw {
+    pub(crate) material: Arc<dyn Material>,
+    small: SmallStrain,
 }
 
 impl AnyLaw {
-    pub(crate) fn new(material: &Arc<dyn Material>) -> Self {
-        match material.law() {
-            Law::FiniteStrain(_) => Self::FiniteStrain(Arc::clone(material)),
-            Law::Linear(stiffness) => {
-                let relaxation_time = material.relaxation_time();
-                Self::SmallStrain(Arc::new(SmallStrain { stiffness, relaxation_time }))
-            }
-        }
+    pub(crate) fn new(material: Arc<dyn Material>) -> Self {
+        let small =
+            SmallStrain { stiffness: material.stiffness(), relaxation_time: material.relaxation_time() };
+        Self { material, small }
     }
 
     pub(crate) fn law(&self) -> &dyn FiniteStrain {
-        match self {
-            Self::SmallStrain(law) => &**law,
-            Self::FiniteStrain(material) => match material.law() {
-                Law::FiniteStrain(law) => law,
-                Law::Linear(_) => unreachable!("a law stays what it is"),
-            },
-        }
+        self.material.law().finite_strain().unwrap_or(&self.small)
+    }
+
+    /// Stiffness in the undeformed state.
+    pub(crate) fn stiffness(&self) -> &Stiffness {
+        &self.small.stiffness
     }
 }
 

@@ -48,7 +48,7 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Those of `particles` with that energy.
+    /// Sums over `particles`, with `energy` as their energy.
     pub(super) fn new(particles: &Particles, energy: Energy) -> Self {
         Self {
             particles: particles.len(),

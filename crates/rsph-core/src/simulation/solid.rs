@@ -422,7 +422,7 @@ impl Model for SolidBody {
         let mut mechanics = self.setup.mechanics.clone();
         mechanics.set_material(k, material);
         let hourglass = self.setup.solver.hourglass_modulus(mechanics.material.young_modulus());
-        solid.set_material(k, Arc::clone(material), hourglass);
+        solid.set_material(k, material, hourglass);
         self.setup.mechanics = mechanics;
         Ok(())
     }

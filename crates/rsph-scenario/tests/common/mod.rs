@@ -208,3 +208,24 @@ pub fn outcome(status: Status) -> Outcome {
         notes: Vec::new(),
     }
 }
+
+/// A NIfTI-1 image of bytes with cubic voxels of `edge` mm, the first around `origin` (mm).
+pub fn nifti(size: [i16; 3], edge: f32, origin: [f32; 3], voxels: &[u8]) -> Vec<u8> {
+    let mut raw = vec![0; 352];
+    let mut put = |at: usize, bytes: &[u8]| raw[at..at + bytes.len()].copy_from_slice(bytes);
+    put(0, &348_i32.to_le_bytes());
+    for (i, n) in [3, size[0], size[1], size[2], 1, 1, 1, 1].into_iter().enumerate() {
+        put(40 + 2 * i, &n.to_le_bytes());
+    }
+    put(70, &2_i16.to_le_bytes());
+    put(108, &352.0_f32.to_le_bytes());
+    put(123, &[2]);
+    put(254, &1_i16.to_le_bytes());
+    for i in 0..3 {
+        put(280 + 20 * i, &edge.to_le_bytes());
+        put(292 + 16 * i, &origin[i].to_le_bytes());
+    }
+    put(344, b"n+1\0");
+    raw.extend_from_slice(voxels);
+    raw
+}

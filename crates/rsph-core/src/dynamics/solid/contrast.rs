@@ -19,8 +19,9 @@ const TILES_PER_TASK: usize = 64;
 /// The springs between particles of different moduli.
 #[derive(Clone, Debug)]
 pub(super) struct Contrast {
-    /// Tiles with particles that see another modulus.
+    /// Tiles with particles that see another modulus, and which of all tiles they are.
     part: Part,
+    tiles: Vec<u32>,
     /// Modulus of every particle and image, in units of kappa.
     modulus: Vec<Tile>,
     /// On the part: sum_b (kappa_b - kappa_a) V_b w.
@@ -68,6 +69,7 @@ impl Contrast {
             zeroth: vec![Tile::default(); part.len()],
             pull: vec![Tile::default(); 6 * part.len()],
             modulus,
+            tiles: (0..tiles.len()).filter(|t| belongs[*t]).map(|t| t as u32).collect(),
             part,
         };
         for (a, (sum, _)) in zeroth.iter().enumerate() {
@@ -83,20 +85,21 @@ impl Contrast {
     pub(super) fn stretch(&mut self, lattice: &Lattice, constants: &Constants, q: &[Tile]) {
         let field = Weighted { modulus: &self.modulus, q };
         ops::even_sums(lattice, &self.part, &field, Results::new(Some(&self.part), 6, &mut self.pull));
-        let Self { part, modulus, zeroth, pull } = self;
-        for t in 0..lattice.tiles.len() {
-            let Some(number) = part.number(t) else { continue };
-            let (volume, pull) = (constants.volume(t), &mut pull[6 * number..][..6]);
+        let Self { modulus, tiles, zeroth, pull, .. } = self;
+        let each = (pull.par_chunks_mut(6), &*tiles, &*zeroth).into_par_iter().with_min_len(TILES_PER_TASK);
+        each.for_each(|(pull, t, zeroth)| {
+            let t = *t as usize;
+            let volume = constants.volume(t);
             for l in 0..LANES {
                 let (own, is_particle) = (modulus[t].0[l], lattice.tiles.particle(t, l).is_some());
                 for i in 0..3 {
                     let z = q[3 * t + i].0[l] / volume[l];
-                    let sum = pull[3 + i].0[l] - own * pull[i].0[l] - z * zeroth[number].0[l];
+                    let sum = pull[3 + i].0[l] - own * pull[i].0[l] - z * zeroth.0[l];
                     // Images take no part in it: what they would get goes to the faces.
                     pull[i].0[l] = if is_particle { sum } else { 0.0 };
                 }
             }
-        }
+        });
     }
 
     /// Adds the pull of the springs, times kappa, to the sums of the second sweep.

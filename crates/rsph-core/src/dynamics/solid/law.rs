@@ -46,22 +46,22 @@ impl Solid {
 
     /// Goes on with another material in the place of number `k`, of the same density and linear if that is, and with `hourglass` as
     /// the modulus (Pa) of the hourglass term in the first one.
-    pub fn set_material(&mut self, k: usize, material: Arc<dyn Material>, hourglass: f64) {
+    pub fn set_material(&mut self, k: usize, material: &Arc<dyn Material>, hourglass: f64) {
         let materials = self.materials.with_material(k, material, &self.lattice.tiles);
         self.hourglass = hourglass;
         self.set_materials(materials);
         let tiles = &self.lattice.tiles;
         let modulus = |a: usize| self.materials.young_modulus_of(tiles.place(a));
         self.lift.set_young_modulus(modulus, self.lattice.spacing);
-        self.linearise_undeformed();
     }
 
-    /// Takes these materials, and the springs of the hourglass term between them.
+    /// Takes these materials with the springs of the hourglass term between them, and the undeformed body as the state of the tangent.
     pub(super) fn set_materials(&mut self, materials: Materials) {
         self.contrast = materials
             .places()
             .and_then(|places| Contrast::new(&self.lattice, &self.constants, &places.modulus));
         self.materials = Arc::new(materials);
+        self.linearise_undeformed();
     }
 
     /// Components of strain and stress near the surface: those of symmetric tensors where the law is linear.
@@ -232,7 +232,7 @@ impl Solid {
                 self.stress_sweep(materials, |_| PositiveChange { hooke, state: state_now });
             }
             (Some(places), true) => {
-                let hooke = HookeByPlace::new(materials.palette(), places);
+                let hooke = HookeByPlace(places);
                 self.stress_sweep(materials, |_| PositiveChange { hooke, state: state_now });
             }
         }

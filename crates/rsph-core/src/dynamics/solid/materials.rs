@@ -3,7 +3,8 @@
 //! In a tile of one law vector registers evaluate it for all particles at once, whatever their moduli; a tile that holds several laws
 //! or an interface goes particle by particle.
 
-use crate::material::{Composition, Law, Material, Palette, Stiffness};
+use super::stress::Hooke;
+use crate::material::{Composition, Law, Material, MaterialSet, Stiffness};
 use crate::tensor::lanes::Tensors;
 use crate::tensor::{Mat3, SymTensor};
 use crate::tiles::{LANES, Tile, Tiles};
@@ -17,7 +18,7 @@ pub(super) const TANGENT: usize = 81;
 /// The materials of a body.
 #[derive(Clone, Debug)]
 pub(crate) struct Materials {
-    palette: Palette,
+    set: MaterialSet,
     /// Whether all laws are linear and have the same relaxation time.
     linear: bool,
     /// The longest relaxation time (s).
@@ -32,6 +33,8 @@ pub(crate) struct Materials {
 pub(super) struct Places {
     cells: Vec<Composition>,
     kinds: Vec<Kind>,
+    /// Stress of every material, if it is linear.
+    hookes: Vec<Hooke>,
     /// Factor of the moduli of every particle, a tile for each tile.
     factor: Vec<Tile>,
     /// Young's modulus of every particle over that of the first material; beside an interface, where displacements have a kink
@@ -55,32 +58,28 @@ pub(super) enum Kind {
 impl Materials {
     /// One material everywhere.
     pub(super) fn uniform(material: Arc<dyn Material>) -> Self {
-        Self::new(Palette::new(vec![material]))
+        Self::new(MaterialSet::new(std::iter::once(material)))
     }
 
-    fn new(palette: Palette) -> Self {
-        let materials = palette.materials();
-        let relaxation_time = materials.iter().map(|m| m.relaxation_time()).fold(0.0, f64::max);
+    fn new(set: MaterialSet) -> Self {
+        let relaxation_time = set.materials().map(|m| m.relaxation_time()).fold(0.0, f64::max);
         let is_linear = |m: &Arc<dyn Material>| {
             matches!(m.law(), Law::Linear(_)) && m.relaxation_time().to_bits() == relaxation_time.to_bits()
         };
-        Self {
-            linear: materials.iter().all(is_linear),
-            relaxation_time,
-            young_modulus: materials.first().map_or(0.0, |m| m.young_modulus()),
-            palette,
-            places: None,
-        }
+        let linear = set.materials().all(is_linear);
+        let young_modulus = set.materials().next().map_or(0.0, |m| m.young_modulus());
+        Self { linear, relaxation_time, young_modulus, set, places: None }
     }
 
     /// Those `materials`, of which every particle has its cell.
     pub(super) fn by_place(
-        materials: Vec<Arc<dyn Material>>,
+        materials: impl Iterator<Item = Arc<dyn Material>>,
         cells: Vec<Composition>,
         tiles: &Tiles,
     ) -> Self {
-        let mut new = Self::new(Palette::new(materials));
+        let mut new = Self::new(MaterialSet::new(materials));
         let mut places = Places {
+            hookes: (0..new.set.len() as u16).map(|m| Hooke::new(new.set.stiffness_of(m))).collect(),
             kinds: Vec::with_capacity(tiles.len()),
             factor: tiles.field(1),
             modulus: tiles.field(1),
@@ -94,9 +93,9 @@ impl Materials {
             let first = here.first().map_or(0, |(_, cell)| cell.materials[0]);
             let is_pure = here.iter().all(|(_, cell)| cell.interface.is_none() && cell.materials[0] == first);
             for (l, cell) in &here {
-                let stiffness = new.palette.stiffness(cell);
+                let stiffness = new.set.stiffness(cell);
                 places.factor[t].0[*l] = cell.factors[0];
-                places.modulus[t].0[*l] = new.palette.softest(cell) / new.young_modulus;
+                places.modulus[t].0[*l] = new.set.softest(cell) / new.young_modulus;
                 if !is_pure {
                     places.stiffness.resize((places.mixed + 1) * STIFFNESS, Tile::default());
                     for (k, c) in stiffness.0.as_flattened().iter().enumerate() {
@@ -115,25 +114,23 @@ impl Materials {
     pub(super) fn on(self, tiles: &Tiles) -> Self {
         match self.places {
             None => self,
-            Some(places) => Self::by_place(self.palette.materials().to_vec(), places.cells, tiles),
+            Some(places) => Self::by_place(self.set.materials().cloned(), places.cells, tiles),
         }
     }
 
     /// With another material in the place of number `k`.
-    pub(super) fn with_material(&self, k: usize, material: Arc<dyn Material>, tiles: &Tiles) -> Self {
-        let mut materials = self.palette.materials().to_vec();
-        if let Some(place) = materials.get_mut(k) {
-            *place = material;
-        }
+    pub(super) fn with_material(&self, k: usize, material: &Arc<dyn Material>, tiles: &Tiles) -> Self {
+        let others = self.set.materials().enumerate();
+        let materials = others.map(|(i, other)| Arc::clone(if i == k { material } else { other }));
         match &self.places {
-            None => Self::new(Palette::new(materials)),
+            None => Self::new(MaterialSet::new(materials)),
             Some(places) => Self::by_place(materials, places.cells.clone(), tiles),
         }
     }
 
     /// Whether there is more than one material.
     pub(super) fn is_several(&self) -> bool {
-        self.palette.materials().len() > 1
+        self.set.len() > 1
     }
 
     pub(crate) fn is_linear(&self) -> bool {
@@ -162,20 +159,16 @@ impl Materials {
     /// The largest ratio of the moduli of pressure and shear waves, (lambda + 2 mu) / mu, of any material.
     pub(crate) fn largest_ratio_of_moduli(&self) -> f64 {
         let of = |m: &Arc<dyn Material>| m.p_wave_modulus() / m.shear_modulus();
-        self.palette.materials().iter().map(of).fold(0.0, f64::max)
+        self.set.materials().map(of).fold(0.0, f64::max)
     }
 
     /// Stiffness of the first material.
     pub(crate) fn first_stiffness(&self) -> &Stiffness {
-        self.palette.stiffness_of(0)
+        self.set.stiffness_of(0)
     }
 
     pub(super) fn places(&self) -> Option<&Places> {
         self.places.as_deref()
-    }
-
-    pub(super) fn palette(&self) -> &Palette {
-        &self.palette
     }
 
     /// The cell of a particle.
@@ -185,38 +178,42 @@ impl Materials {
 
     /// Density (kg/m^3) of a particle.
     pub(super) fn density(&self, particle: usize) -> f64 {
-        self.palette.density(&self.cell(particle))
+        self.set.density(&self.cell(particle))
     }
 
     /// Whether the material that holds the larger share of a particle is for small strain.
     pub(super) fn is_small_strain(&self, particle: usize) -> bool {
-        let material = usize::from(self.cell(particle).materials[0]);
-        matches!(self.palette.materials()[material].law(), Law::Linear(_))
+        matches!(self.set.material(self.cell(particle).materials[0]).law(), Law::Linear(_))
     }
 
     /// Stiffness of a particle in the undeformed state.
     pub(super) fn stiffness(&self, particle: usize) -> Stiffness {
-        self.palette.stiffness(&self.cell(particle))
+        self.set.stiffness(&self.cell(particle))
     }
 
     /// Energy per undeformed volume (J/m^3) of a particle at this displacement gradient; infinite where it is turned inside out.
     pub(super) fn energy_density(&self, particle: usize, gradient: &Mat3) -> f64 {
         let f = Mat3::identity() + gradient;
         match (&self.places, self.linear) {
-            (None, false) => self.palette.law(0).energy(&f),
+            (None, false) => self.set.law(0).energy(&f),
             (_, true) => self.stiffness(particle).energy_density(SymTensor::symmetric_part(gradient)),
-            (Some(places), false) => self.palette.with_law(&places.cells[particle], |law| law.energy(&f)),
+            (Some(places), false) => self.set.with_law(&places.cells[particle], |law| law.energy(&f)),
         }
     }
 
     /// Change of P of a particle at F with dF.
     pub(super) fn tangent(&self, particle: usize, f: &Mat3, df: &Mat3) -> Mat3 {
-        self.palette.with_law(&self.cell(particle), |law| law.tangent(f, df))
+        self.set.with_law(&self.cell(particle), |law| law.tangent(f, df))
+    }
+
+    /// The displacement gradient in the material that holds the larger share of a particle.
+    pub(super) fn larger_layer(&self, particle: usize, gradient: &Mat3) -> Mat3 {
+        self.set.larger_layer(&self.cell(particle), gradient)
     }
 
     /// Strain and Cauchy stress (Pa) of a particle as results show them.
     pub(super) fn measures(&self, particle: usize, gradient: &Mat3, rate: &Mat3) -> [SymTensor; 2] {
-        self.palette.measures(&self.cell(particle), gradient, rate)
+        self.set.measures(&self.cell(particle), gradient, rate)
     }
 
     /// P(F, dF/dt) of the first `count` particles from `lane` on of a tile.
@@ -229,18 +226,18 @@ impl Materials {
         piola: &mut Tensors,
     ) {
         let Some(places) = &self.places else {
-            return self.palette.law(0).stresses(count, f, f_rate, piola);
+            return self.set.law(0).stresses(count, f, f_rate, piola);
         };
         match places.kinds[tile] {
             Kind::Pure(material) => {
-                self.palette.law(material).stresses(count, f, f_rate, piola);
+                self.set.law(material).stresses(count, f, f_rate, piola);
                 places.scale(tile, lane, count, piola);
             }
             Kind::Mixed(_) => {
                 for l in 0..count {
                     let Some(a) = tiles.particle(tile, lane + l) else { continue };
                     let f = f.get(l);
-                    let stress = self.palette.with_law(&places.cells[a], |law| {
+                    let stress = self.set.with_law(&places.cells[a], |law| {
                         let viscous = f_rate.map(|rate| law.viscous_piola(&f, &rate.get(l)));
                         law.first_piola(&f) + viscous.unwrap_or_default()
                     });
@@ -262,11 +259,11 @@ impl Materials {
         change: &mut Tensors,
     ) {
         let Some(places) = &self.places else {
-            return self.palette.law(0).tangents(count, f, df, shares, change);
+            return self.set.law(0).tangents(count, f, df, shares, change);
         };
         match places.kinds[tile] {
             Kind::Pure(material) => {
-                self.palette.law(material).tangents(count, f, df, shares, change);
+                self.set.law(material).tangents(count, f, df, shares, change);
                 places.scale(tile, lane, count, change);
             }
             Kind::Mixed(number) => {
@@ -280,8 +277,7 @@ impl Materials {
                     }
                     if shares[1] > 0.0 {
                         let (f, rate) = (f.get(l), df.get(l));
-                        let viscous =
-                            self.palette.with_law(&places.cells[a], |law| law.viscous_piola(&f, &rate));
+                        let viscous = self.set.with_law(&places.cells[a], |law| law.viscous_piola(&f, &rate));
                         dp += viscous * shares[1];
                     }
                     change.set(l, &dp);
@@ -298,7 +294,7 @@ impl Materials {
             let Kind::Mixed(number) = kind else { continue };
             for l in 0..LANES {
                 let Some(a) = tiles.particle(t, l) else { continue };
-                let columns = self.palette.tangents(&places.cells[a], &state((t, l)));
+                let columns = self.set.tangents(&places.cells[a], &state((t, l)));
                 for (d, column) in columns.iter().enumerate() {
                     for c in 0..9 {
                         mixed[*number as usize * TANGENT + 9 * d + c].0[l] = column[(c / 3, c % 3)];
@@ -315,6 +311,12 @@ impl Places {
     #[inline(always)]
     pub(super) fn kind(&self, tile: usize) -> Kind {
         self.kinds[tile]
+    }
+
+    /// C : e of a material.
+    #[inline(always)]
+    pub(super) fn hooke(&self, material: u16) -> &Hooke {
+        &self.hookes[usize::from(material)]
     }
 
     /// Factors of the moduli in a tile.

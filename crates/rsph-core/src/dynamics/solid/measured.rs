@@ -5,6 +5,7 @@ use crate::measures::LocalState;
 use crate::ops::PAIR_COMPONENTS;
 use crate::particles::{Column, Field, Particles};
 use crate::tensor::{Mat3, SymTensor};
+use std::sync::Arc;
 
 impl Solid {
     /// Sets those of the [measures](crate::measures::MEASURES) at time `t`, with the strain and the stress of all particles, component by
@@ -19,13 +20,14 @@ impl Solid {
         let n = self.len();
         let u = particles.column(Field::Displacement).clone();
         self.spread_displacement(t, u.values());
-        let is_linear = self.is_linear();
-        self.visit_sums(false, |_, _, sums| {
+        let (is_linear, materials) = (self.is_linear(), Arc::clone(&self.materials));
+        self.visit_sums(false, |a, _, sums| {
             let (mut g, plain) = (sums.deformation, &sums.gradient);
             if is_linear {
                 // Only the strain is corrected near the surface.
                 g = 0.5 * (g + g.transpose()) + 0.5 * (plain - plain.transpose());
             }
+            let g = materials.larger_layer(a, &g);
             let mut out = [0.0; PAIR_COMPONENTS];
             out[..9].copy_from_slice(g.transpose().as_slice());
             out

@@ -3,7 +3,7 @@
 use super::correction::GENERAL;
 use super::materials::{Kind, Materials, Places, STIFFNESS};
 use super::sweeps::{At, Body, Sums};
-use crate::material::{Palette, Stiffness};
+use crate::material::Stiffness;
 use crate::ops::{PAIR_COMPONENTS, Pointwise};
 use crate::tensor::Mat3;
 use crate::tensor::lanes::{Lanes, MAX_LANES, Real, Tensor, Tensors};
@@ -19,16 +19,17 @@ pub(super) trait Stress: Sync {
 }
 
 /// C : sym(grad z), Eq. (5).
-pub(super) struct Hooke<'a> {
-    stiffness: &'a Stiffness,
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hooke {
+    stiffness: Stiffness,
     /// Whether no shear strain goes with a normal stress or with another shear stress.
     decoupled: bool,
 }
 
-impl<'a> Hooke<'a> {
-    pub(super) fn new(stiffness: &'a Stiffness) -> Self {
+impl Hooke {
+    pub(super) fn new(stiffness: &Stiffness) -> Self {
         let coupled = |k: usize, j: usize| k != j && (k >= 3 || j >= 3) && stiffness.0[k][j] != 0.0;
-        Self { stiffness, decoupled: !(0..36).any(|c| coupled(c / 6, c % 6)) }
+        Self { stiffness: *stiffness, decoupled: !(0..36).any(|c| coupled(c / 6, c % 6)) }
     }
 
     /// C : sym(G).
@@ -53,7 +54,7 @@ impl<'a> Hooke<'a> {
     }
 }
 
-impl Stress for Hooke<'_> {
+impl Stress for Hooke {
     #[inline(always)]
     fn piola<S: Simd>(&self, _: &At<S>, gradient: &Tensor<Lanes<S>>) -> Tensor<Lanes<S>> {
         self.stress(gradient)
@@ -61,27 +62,18 @@ impl Stress for Hooke<'_> {
 }
 
 /// C : sym(grad z) of materials by place.
-pub(super) struct HookeByPlace<'a> {
-    places: &'a Places,
-    /// Of every material.
-    of: Vec<Hooke<'a>>,
-}
+pub(super) struct HookeByPlace<'a>(pub(super) &'a Places);
 
-impl<'a> HookeByPlace<'a> {
-    pub(super) fn new(palette: &'a Palette, places: &'a Places) -> Self {
-        let of = (0..palette.materials().len() as u16).map(|m| Hooke::new(palette.stiffness_of(m)));
-        Self { places, of: of.collect() }
-    }
-
-    /// C : sym(G).
+impl Stress for HookeByPlace<'_> {
     #[inline(always)]
-    fn stress<S: Simd>(&self, at: &At<S>, gradient: &Tensor<Lanes<S>>) -> Tensor<Lanes<S>> {
-        match self.places.kind(at.tile) {
+    fn piola<S: Simd>(&self, at: &At<S>, gradient: &Tensor<Lanes<S>>) -> Tensor<Lanes<S>> {
+        let Self(places) = self;
+        match places.kind(at.tile) {
             Kind::Pure(material) => {
-                self.of[usize::from(material)].stress(gradient).scaled(at.load(self.places.factor(at.tile)))
+                places.hooke(material).stress(gradient).scaled(at.load(places.factor(at.tile)))
             }
             Kind::Mixed(number) => {
-                let stiffness = &self.places.stiffness[number as usize * STIFFNESS..][..STIFFNESS];
+                let stiffness = &places.stiffness[number as usize * STIFFNESS..][..STIFFNESS];
                 let [[xx, _, _], [xy, yy, _], [xz, yz, zz]] = gradient.symmetric_part().0;
                 let strain = [xx, yy, zz, xy, yz, xz];
                 let mut sigma = strain;
@@ -95,13 +87,6 @@ impl<'a> HookeByPlace<'a> {
                 Tensor([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
             }
         }
-    }
-}
-
-impl Stress for HookeByPlace<'_> {
-    #[inline(always)]
-    fn piola<S: Simd>(&self, at: &At<S>, gradient: &Tensor<Lanes<S>>) -> Tensor<Lanes<S>> {
-        self.stress(at, gradient)
     }
 }
 

@@ -420,7 +420,7 @@ impl Solid {
                 self.sweep(true, |_, body| StressSweep::<_, SYMMETRIC> { body, hourglass, modulus, stress });
             }
             Some(places) => {
-                let stress = HookeByPlace::new(materials.palette(), places);
+                let stress = HookeByPlace(places);
                 let modulus = Some(&places.modulus[..]);
                 self.sweep(true, |_, body| StressSweep::<_, SYMMETRIC> { body, hourglass, modulus, stress });
             }

@@ -191,7 +191,7 @@ impl SurfaceReading {
                     let turned = f.try_inverse().map(|inverse| inverse.transpose() * vertex.normal);
                     let normal = turned.map_or(vertex.normal, |n| n.normalize());
                     let local = LocalState { deformation: f, strain, stress, is_small_strain: false };
-                    return VertexStrain { normal, local };
+                    return VertexStrain { normal, local, material: self.number(i) };
                 }
             };
             let gradient_of =
@@ -208,7 +208,7 @@ impl SurfaceReading {
             };
             let deformation = Mat3::identity() + gradient;
             let local = LocalState { deformation, strain, stress, is_small_strain: true };
-            VertexStrain { normal: vertex.normal, local }
+            VertexStrain { normal: vertex.normal, local, material: self.number(i) }
         };
         self.vertices.par_iter().zip(fits).enumerate().map(read).collect()
     }

@@ -3,6 +3,7 @@
 use super::packed::{Packed, indices};
 use super::thinned::Thinned;
 use crate::output::polydata::{Cells, PolyData};
+use rsph_core::particles::PRINCIPAL;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -13,21 +14,22 @@ const MAX_FRAMES: usize = 40;
 const MAX_BYTES: usize = 9_000_000;
 /// A surface with more vertices than this is left to ParaView.
 const MAX_VERTICES: usize = 80_000;
-/// What the view can show, if the surface has it: a name, a field, which of its components and how many it has.
-const SCALARS: [(&str, &str, usize, usize); 13] = [
-    ("normal_strain", "normal_strain", 0, 1),
-    ("shear_strain", "shear_strain", 0, 1),
-    ("von_mises", "von_mises", 0, 1),
-    ("velocity_x", "velocity_x", 0, 1),
-    ("volume_ratio", "volume_ratio", 0, 1),
-    ("principal_stretch_1", "principal_stretch", 0, 3),
-    ("principal_strain_1", "principal_strain", 0, 3),
-    ("principal_strain_3", "principal_strain", 2, 3),
-    ("max_shear_strain", "max_shear_strain", 0, 1),
-    ("principal_stress_1", "principal_stress", 0, 3),
-    ("principal_stress_3", "principal_stress", 2, 3),
-    ("max_shear_stress", "max_shear_stress", 0, 1),
-    ("pressure", "pressure", 0, 1),
+/// What the view can show, if the surface has it: a scalar field, or a field with one of its principal values.
+const SCALARS: [(&str, Option<&str>); 14] = [
+    ("normal_strain", None),
+    ("shear_strain", None),
+    ("von_mises", None),
+    ("material", None),
+    ("velocity_x", None),
+    ("volume_ratio", None),
+    ("principal_stretch", Some("1")),
+    ("principal_strain", Some("1")),
+    ("principal_strain", Some("3")),
+    ("max_shear_strain", None),
+    ("principal_stress", Some("1")),
+    ("principal_stress", Some("3")),
+    ("max_shear_stress", None),
+    ("pressure", None),
 ];
 
 /// An undeformed surface, shared by all frames until the next remesh.
@@ -50,7 +52,7 @@ struct Frame {
     time: f64,
     mesh: Arc<Mesh>,
     u: Option<[Packed; 3]>,
-    scalars: BTreeMap<&'static str, Packed>,
+    scalars: BTreeMap<String, Packed>,
 }
 
 /// Collects frames while a run goes on.
@@ -73,7 +75,7 @@ struct FrameView<'a> {
     time: f64,
     mesh: usize,
     u: Option<&'a [Packed; 3]>,
-    scalars: &'a BTreeMap<&'static str, Packed>,
+    scalars: &'a BTreeMap<String, Packed>,
 }
 
 impl Frames {
@@ -104,7 +106,10 @@ impl Frames {
             u: u.map(pack),
             scalars: SCALARS
                 .into_iter()
-                .filter_map(|(name, of, component, components)| {
+                .filter_map(|(of, value)| {
+                    let components = if value.is_some() { PRINCIPAL.len() } else { 1 };
+                    let component = PRINCIPAL.iter().position(|p| Some(*p) == value).unwrap_or(0);
+                    let name = value.map_or_else(|| of.to_owned(), |value| format!("{of}_{value}"));
                     let values = field(of, components)?.iter().skip(component).step_by(components);
                     Some((name, Packed::new(values.copied())))
                 })

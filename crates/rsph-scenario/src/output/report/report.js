@@ -95,6 +95,7 @@
     ["shear_strain", "shear strain |e n − (n·e·n) n|", "", false],
     ["displacement", "displacement, magnitude", data.length_unit, false],
     ["von_mises", "von Mises stress", data.stress_unit, false],
+    ["material", "number of the material", "", false],
     ["velocity_x", "velocity along x", data.velocity_unit, true],
     ["volume_ratio", "volume ratio det F", "", "around 1"],
     ["principal_stretch_1", "largest principal stretch", "", "around 1"],
