@@ -61,8 +61,16 @@ impl MaterialSet {
 
     /// Stiffness of a cell in the undeformed state.
     pub(crate) fn stiffness(&self, cell: &Composition) -> Stiffness {
-        let [first, second] = [0, 1].map(|k| *self.stiffness_of(cell.materials[k]) * cell.factors[k]);
-        cell.interface.map_or(first, |interface| interface.stiffness([&first, &second]))
+        let of = |k: usize| *self.stiffness_of(cell.materials[k]) * cell.factors[k];
+        cell.interface.map_or_else(|| of(0), |interface| interface.stiffness([&of(0), &of(1)]))
+    }
+
+    /// C : e of a cell, with its stiffness C in the undeformed state.
+    pub(crate) fn hooke(&self, cell: &Composition, strain: SymTensor) -> SymTensor {
+        match cell.interface {
+            None => self.stiffness_of(cell.materials[0]).stress(strain) * cell.factors[0],
+            Some(_) => self.stiffness(cell).stress(strain),
+        }
     }
 
     /// The smaller of the Young's moduli of a cell's materials (Pa).

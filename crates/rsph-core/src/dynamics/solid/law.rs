@@ -201,7 +201,7 @@ impl Solid {
 
     /// Change of P in particle `a` with the displacement gradient, about the state of the tangent.
     pub(crate) fn stress_change(&self, a: usize, gradient: &Mat3) -> Mat3 {
-        let hooke = |g: &Mat3| self.materials.stiffness(a).stress(SymTensor::symmetric_part(g)).to_matrix();
+        let hooke = |g: &Mat3| self.materials.hooke(a, SymTensor::symmetric_part(g)).to_matrix();
         if self.is_linear() {
             return hooke(gradient);
         }

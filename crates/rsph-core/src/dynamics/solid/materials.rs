@@ -186,18 +186,24 @@ impl Materials {
         matches!(self.set.material(self.cell(particle).materials[0]).law(), Law::Linear(_))
     }
 
-    /// Stiffness of a particle in the undeformed state.
-    pub(super) fn stiffness(&self, particle: usize) -> Stiffness {
-        self.set.stiffness(&self.cell(particle))
+    /// C : e of a particle, with its stiffness C in the undeformed state.
+    pub(super) fn hooke(&self, particle: usize, strain: SymTensor) -> SymTensor {
+        match &self.places {
+            None => self.first_stiffness().stress(strain),
+            Some(places) => self.set.hooke(&places.cells[particle], strain),
+        }
     }
 
     /// Energy per undeformed volume (J/m^3) of a particle at this displacement gradient; infinite where it is turned inside out.
     pub(super) fn energy_density(&self, particle: usize, gradient: &Mat3) -> f64 {
+        if self.linear {
+            let strain = SymTensor::symmetric_part(gradient);
+            return 0.5 * self.hooke(particle, strain).double_dot(strain);
+        }
         let f = Mat3::identity() + gradient;
-        match (&self.places, self.linear) {
-            (None, false) => self.set.law(0).energy(&f),
-            (_, true) => self.stiffness(particle).energy_density(SymTensor::symmetric_part(gradient)),
-            (Some(places), false) => self.set.with_law(&places.cells[particle], |law| law.energy(&f)),
+        match &self.places {
+            None => self.set.law(0).energy(&f),
+            Some(places) => self.set.with_law(&places.cells[particle], |law| law.energy(&f)),
         }
     }
 
