@@ -13,7 +13,7 @@ from rsph._fit import UNSURE, Array, half_width, noise_of, scipy_module
 from rsph.errors import Error, InputError, RsphWarning
 
 if TYPE_CHECKING:
-    from rsph.materials import KelvinVoigt
+    from rsph.materials import KelvinVoigt, Material, Numbers
 
 
 # A measurement over fewer relaxation times is told of.
@@ -73,6 +73,25 @@ class Relaxation:
         decay = np.exp(-t[..., None] / self.times)
         modulus: Array = self.young_modulus + decay @ self.amplitudes
         return modulus
+
+    def viscoelastic(self, elastic: Material | None = None) -> Material:
+        """The material that relaxes by the whole series, not by one Kelvin-Voigt time.
+
+        >>> t = np.linspace(0.0, 10.0, 50)
+        >>> fit = from_relaxation(t, 2e4 + 1e4 * np.exp(-t / 1.5))
+        >>> fit.prony.round(3)
+        array([[0.5, 1.5]])
+
+        Args:
+            elastic: a material of any law with the moduli for long times, such as that of
+                :func:`from_curve` for slow loading; its damping is left out. By default the
+                neo-Hookean solid of the measured modulus.
+        """
+        from rsph.materials import model
+
+        name = "neo-hookean" if elastic is None else elastic.model
+        parameters: dict[str, Numbers] = dict((elastic or self.material).parameters)
+        return model(name, **parameters | {"relaxation_time": 0.0, "prony": self.prony})
 
     def __str__(self) -> str:
         return (

@@ -50,8 +50,13 @@ __all__ = [
 ]
 
 
-Numbers: TypeAlias = "float | Iterable[float]"
-"""A number, or several of them."""
+Numbers: TypeAlias = "float | Iterable[float] | Iterable[Iterable[float]]"
+"""A number, several of them, or several pairs."""
+
+Pairs: TypeAlias = "Iterable[Iterable[float]]"
+"""Pairs of numbers, shape (N, 2)."""
+
+_Values: TypeAlias = "float | list[float] | list[list[float]]"
 
 
 class Parameter(NamedTuple):
@@ -84,13 +89,10 @@ class Material:
     """A material: the name of its model and its parameters."""
 
     _model: str
-    _parameters: dict[str, float | list[float]]
+    _parameters: dict[str, _Values]
 
     def __init__(self, model: str, **parameters: Numbers) -> None:
-        numbers: dict[str, float | list[float]] = {
-            key: value if isinstance(value, (float, int)) else [float(x) for x in value]
-            for key, value in parameters.items()
-        }
+        numbers = {key: _plain(value) for key, value in parameters.items()}
         # The dataclasses below are frozen.
         vars(self).update(_model=model, _parameters=numbers)
         check("material", material=self._as_table())
@@ -101,7 +103,7 @@ class Material:
         return self._model
 
     @property
-    def parameters(self) -> dict[str, float | list[float]]:
+    def parameters(self) -> dict[str, _Values]:
         """Parameters by name."""
         return dict(self._parameters)
 
@@ -209,11 +211,21 @@ class Part:
         return self.region is None and self.shape is None
 
 
+def _plain(value: Numbers) -> _Values:
+    """Numbers as floats in lists."""
+    if isinstance(value, (float, int)):
+        return value
+    numbers: _Values = np.asarray(list(value), dtype=np.float64).tolist()
+    return numbers
+
+
 @dataclass(frozen=True, kw_only=True, repr=False, eq=False)
 class _Law(Material):
     """A material whose parameters are its fields; those that are None are left out."""
 
     _name: ClassVar[str]
+
+    prony: Pairs | None = None
 
     def __post_init__(self) -> None:
         given = {field.name: getattr(self, field.name) for field in fields(self)}
@@ -239,6 +251,8 @@ class KelvinVoigt(_Viscoelastic):
         young_modulus: Young's modulus (Pa).
         poisson_ratio: Poisson's ratio, greater than -1 and less than 0.5.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
+        prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
+            over that for long times, and relaxation time (s). The moduli are those for long times.
     """
 
     _name = "kelvin-voigt"
@@ -252,6 +266,8 @@ class Corotated(_Viscoelastic):
         young_modulus: Young's modulus (Pa).
         poisson_ratio: Poisson's ratio, greater than -1 and less than 0.5.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
+        prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
+            over that for long times, and relaxation time (s). The moduli are those for long times.
     """
 
     _name = "corotated"
@@ -265,6 +281,8 @@ class SaintVenantKirchhoff(_Viscoelastic):
         young_modulus: Young's modulus at small strain (Pa).
         poisson_ratio: Poisson's ratio at small strain, greater than -1 and less than 0.5.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
+        prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
+            over that for long times, and relaxation time (s). The moduli are those for long times.
     """
 
     _name = "st-venant-kirchhoff"
@@ -278,6 +296,8 @@ class NeoHookean(_Viscoelastic):
         young_modulus: Young's modulus at small strain (Pa).
         poisson_ratio: Poisson's ratio at small strain, greater than -1 and less than 0.5.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
+        prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
+            over that for long times, and relaxation time (s). The moduli are those for long times.
     """
 
     _name = "neo-hookean"
@@ -304,6 +324,8 @@ class MooneyRivlin(_Tissue):
         bulk_modulus: bulk modulus K (Pa); or else poisson_ratio.
         poisson_ratio: Poisson's ratio at small strain; or else bulk_modulus.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
+        prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
+            over that for long times, and relaxation time (s). The moduli are those for long times.
     """
 
     _name = "mooney-rivlin"
@@ -324,6 +346,8 @@ class Yeoh(_Tissue):
         bulk_modulus: bulk modulus K (Pa); or else poisson_ratio.
         poisson_ratio: Poisson's ratio at small strain; or else bulk_modulus.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
+        prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
+            over that for long times, and relaxation time (s). The moduli are those for long times.
     """
 
     _name = "yeoh"
@@ -344,6 +368,8 @@ class Ogden(_Tissue):
         bulk_modulus: bulk modulus K (Pa); or else poisson_ratio.
         poisson_ratio: Poisson's ratio at small strain; or else bulk_modulus.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
+        prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
+            over that for long times, and relaxation time (s). The moduli are those for long times.
     """
 
     _name = "ogden"
@@ -363,6 +389,8 @@ class VerondaWestmann(_Tissue):
         bulk_modulus: bulk modulus K (Pa); or else poisson_ratio.
         poisson_ratio: Poisson's ratio at small strain; or else bulk_modulus.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
+        prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
+            over that for long times, and relaxation time (s). The moduli are those for long times.
     """
 
     _name = "veronda-westmann"
@@ -382,6 +410,8 @@ class Fung(_Tissue):
         bulk_modulus: bulk modulus K (Pa); or else poisson_ratio.
         poisson_ratio: Poisson's ratio at small strain; or else bulk_modulus.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
+        prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
+            over that for long times, and relaxation time (s). The moduli are those for long times.
     """
 
     _name = "fung"
@@ -405,6 +435,8 @@ class HolzapfelGasserOgden(_Tissue):
         bulk_modulus: bulk modulus K (Pa); or else poisson_ratio.
         poisson_ratio: Poisson's ratio of the ground at small strain; or else bulk_modulus.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
+        prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
+            over that for long times, and relaxation time (s). The moduli are those for long times.
     """
 
     _name = "holzapfel-gasser-ogden"

@@ -129,3 +129,61 @@ def test_the_whole_series_is_handed_over_with_its_uncertainty():
     share, time = fit.prony.T
     series = fit.young_modulus * (1 + np.exp(-t[:, None] / time) @ share)
     np.testing.assert_allclose(fit.modulus(t), series, rtol=1e-12)
+
+
+def test_a_material_of_any_law_relaxes_by_the_series():
+    fit = rsph.materials.from_relaxation(*measured(), density=1060.0, poisson_ratio=0.45)
+    solid = fit.viscoelastic()
+    assert solid.model == "neo-hookean"
+    assert solid.parameters["young_modulus"] == pytest.approx(2e4, rel=1e-6)
+    assert solid.parameters["relaxation_time"] == 0.0
+    np.testing.assert_allclose(solid.parameters["prony"], [[0.5, 1.5]], rtol=1e-6)
+    tissue = rsph.materials.Yeoh(density=1000.0, c1=500.0, c2=80.0, poisson_ratio=0.49)
+    relaxing = fit.viscoelastic(tissue)
+    assert relaxing.model == "yeoh"
+    np.testing.assert_allclose(relaxing.parameters["prony"], [[0.5, 1.5]], rtol=1e-6)
+    # At rest it is the law itself.
+    stretch = [0.8, 1.0, 1.3]
+    np.testing.assert_array_equal(relaxing.stress(stretch), tissue.stress(stretch))
+
+
+def test_a_bar_that_is_held_relaxes_along_the_series():
+    series = [(0.5, 0.2), (0.25, 2.0)]
+    material = rsph.materials.KelvinVoigt(
+        density=1e-3,
+        young_modulus=1000.0,
+        poisson_ratio=0.3,
+        relaxation_time=0.0,
+        prony=series,
+    )
+    assert material.parameters["prony"] == [list(term) for term in series]
+
+    def face(axis, at=0.0, side="below"):
+        return rsph.regions.plane(axis=axis, at=at, side=side)
+
+    ramp = rsph.loads.Curve(time=[0.0, 0.2], value=[0.0, 1.0])
+    sim = rsph.Simulation(
+        shape=rsph.shapes.Box(size=(0.1, 0.1, 0.1)),
+        spacing=0.025,
+        material=material,
+        boundaries=[
+            *[rsph.boundaries.Clamp(region=face(axis), fix=["normal"]) for axis in "xyz"],
+            rsph.boundaries.Prescribed(
+                region=face("z", 0.1, "above"),
+                fix=["normal"],
+                motion=rsph.boundaries.Follow(displacement=(0.0, 0.0, 0.001), curve=ramp),
+                name="grip",
+            ),
+        ],
+        integrator="sdirk2",
+        dt=0.02,
+    )
+    for t in (0.4, 1.0, 2.0):
+        sim.run(until=t)
+        # Of strain that grows evenly for .2 s.
+        left = sum(
+            share * time / 0.2 * (np.exp((0.2 - t) / time) - np.exp(-t / time))
+            for share, time in series
+        )
+        exact = 1000.0 * 0.01 * 0.01 * (1.0 + left)
+        assert sim.probes()["grip_force_z"] == pytest.approx(exact, rel=2e-3)

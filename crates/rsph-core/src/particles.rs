@@ -64,6 +64,18 @@ pub enum Field {
     SecondPiolaStress,
     /// Number of the material that holds the larger share of the particle's cell, in a body of several.
     Material,
+    /// Stress to which the first term of a Prony series has relaxed.
+    RelaxedStress1,
+    /// The same of the second term.
+    RelaxedStress2,
+    /// The same of the third term.
+    RelaxedStress3,
+    /// The same of the fourth term.
+    RelaxedStress4,
+    /// The same of the fifth term.
+    RelaxedStress5,
+    /// The same of the sixth term.
+    RelaxedStress6,
 }
 
 /// How a column comes by its values.
@@ -71,6 +83,8 @@ pub enum Field {
 pub enum Evolution {
     /// Part of the state: advanced in time by the integrator or carried unchanged by the particle.
     State,
+    /// Part of the state that results do not show.
+    Internal,
     /// Recomputed from the state when a snapshot is taken.
     Derived,
 }
@@ -134,6 +148,22 @@ pub const COLUMNS: &[ColumnSpec] = &[
     measure(Field::FirstPiolaStress, "first_piola_stress", &MATRIX, "Pa"),
     measure(Field::SecondPiolaStress, "second_piola_stress", &TENSOR, "Pa"),
     column(Field::Material, "material", 1, Evolution::Derived, Extensive::ByVolume, "1"),
+    column(Field::RelaxedStress1, "relaxed_stress_1", 6, Evolution::Internal, Extensive::ByVolume, "Pa"),
+    column(Field::RelaxedStress2, "relaxed_stress_2", 6, Evolution::Internal, Extensive::ByVolume, "Pa"),
+    column(Field::RelaxedStress3, "relaxed_stress_3", 6, Evolution::Internal, Extensive::ByVolume, "Pa"),
+    column(Field::RelaxedStress4, "relaxed_stress_4", 6, Evolution::Internal, Extensive::ByVolume, "Pa"),
+    column(Field::RelaxedStress5, "relaxed_stress_5", 6, Evolution::Internal, Extensive::ByVolume, "Pa"),
+    column(Field::RelaxedStress6, "relaxed_stress_6", 6, Evolution::Internal, Extensive::ByVolume, "Pa"),
+];
+
+/// The stresses to which the terms of a Prony series have relaxed.
+pub const RELAXED_STRESSES: [Field; 6] = [
+    Field::RelaxedStress1,
+    Field::RelaxedStress2,
+    Field::RelaxedStress3,
+    Field::RelaxedStress4,
+    Field::RelaxedStress5,
+    Field::RelaxedStress6,
 ];
 
 /// What components are called: of vectors, ...
@@ -186,8 +216,13 @@ impl Field {
 
     /// The field of that name in files and Python.
     pub fn from_name(name: &str) -> Option<Self> {
-        COLUMNS.iter().find(|c| c.name == name).map(|c| c.field)
+        shown_columns().find(|c| c.name == name).map(|c| c.field)
     }
+}
+
+/// The rows of the column table that results show.
+pub fn shown_columns() -> impl Iterator<Item = &'static ColumnSpec> {
+    COLUMNS.iter().filter(|c| c.evolution != Evolution::Internal)
 }
 
 /// One column: `components x len` values, component by component (structure of arrays), shared with

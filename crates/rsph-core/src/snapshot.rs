@@ -1,6 +1,6 @@
 //! The border between the simulation and the world: an immutable picture of one moment.
 
-use crate::particles::{COLUMNS, Column, ColumnSpec, Field, Particles};
+use crate::particles::{Column, ColumnSpec, Field, Particles, shown_columns};
 
 /// One moment of a simulation. Columns are shared, not copied; nobody outside holds live state.
 #[derive(Clone, Debug)]
@@ -35,8 +35,8 @@ impl Snapshot {
         (0..self.len()).map(|a| (x0.vector(a) + u.vector(a)).into()).collect()
     }
 
-    /// The columns that are present, in table order.
+    /// The columns that are present and that results show, in table order.
     pub fn columns(&self) -> impl Iterator<Item = (&'static ColumnSpec, &Column)> {
-        COLUMNS.iter().filter(|c| self.particles.has(c.field)).map(|c| (c, self.column(c.field)))
+        shown_columns().filter(|c| self.particles.has(c.field)).map(|c| (c, self.column(c.field)))
     }
 }

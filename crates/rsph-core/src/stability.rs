@@ -23,6 +23,8 @@ pub const SAFETY: f64 = 0.9;
 pub struct StepLimit {
     /// Largest eigenvalue kappa of M^-1 K (1/s^2).
     pub kappa: f64,
+    /// Largest rate of decay (1/s).
+    pub fastest_decay: f64,
     /// Largest stable time step of RK4 (s).
     pub dt: f64,
     /// Largest step that the waves alone would allow (s).
@@ -31,17 +33,19 @@ pub struct StepLimit {
     pub viscous: bool,
 }
 
-/// dt_limit = min(2.78 / (T kappa), 2.6 / sqrt(kappa)) about the state of the tangent, 0.6 of it where the law is not linear.
+/// dt_limit = min(2.78 / (T kappa), 2.6 / sqrt(kappa)) about the state of the tangent, 0.6 of it where the law is not linear, and
+/// 2.78 tau of the shortest term of a Prony series.
 pub fn step_limit(solid: &mut Solid) -> StepLimit {
-    let relaxation_time = solid.relaxation_time();
+    let (relaxation_time, shortest) = (solid.relaxation_time(), solid.shortest_prony_time());
     let share = if solid.is_linear() { 1.0 } else { STEP_SAFETY };
-    limit(largest_eigenvalue(solid), relaxation_time, share)
+    limit(largest_eigenvalue(solid), (relaxation_time, shortest), share)
 }
 
-fn limit(kappa: f64, relaxation_time: f64, share: f64) -> StepLimit {
-    let viscous = share * REAL_LIMIT / (relaxation_time * kappa);
+fn limit(kappa: f64, (relaxation_time, shortest): (f64, f64), share: f64) -> StepLimit {
+    let fastest_decay = (relaxation_time * kappa).max(1.0 / shortest);
+    let viscous = (share * REAL_LIMIT / (relaxation_time * kappa)).min(REAL_LIMIT * shortest);
     let wave = share * IMAGINARY_LIMIT / kappa.sqrt();
-    StepLimit { kappa, dt: viscous.min(wave), wave, viscous: viscous < wave }
+    StepLimit { kappa, fastest_decay, dt: viscous.min(wave), wave, viscous: viscous < wave }
 }
 
 /// Largest eigenvalue of M^-1 K.

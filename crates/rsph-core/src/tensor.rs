@@ -83,6 +83,15 @@ impl std::ops::Add for SymTensor {
     }
 }
 
+impl std::ops::Sub for SymTensor {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, o: Self) -> Self {
+        Self(std::array::from_fn(|c| self.0[c] - o.0[c]))
+    }
+}
+
 impl std::ops::Mul<f64> for SymTensor {
     type Output = Self;
     #[inline(always)]

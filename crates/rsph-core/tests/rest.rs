@@ -69,7 +69,8 @@ fn a_rod_bends_far_without_false_strain() {
                 "density" => 1.0,
                 "young_modulus" => young_modulus,
                 "poisson_ratio" => 0.3,
-                _ => 0.0,
+                "relaxation_time" => 0.0,
+                _ => return None,
             }])
         };
         let material = rsph_core::material::model(model).unwrap().make(value);

@@ -75,8 +75,7 @@ pub fn material_models(py: Python<'_>) -> PyResult<Vec<Bound<'_, PyDict>>> {
         .into_iter()
         .map(|model| {
             let parameters: Vec<_> = model
-                .parameters
-                .iter()
+                .all_parameters()
                 .map(|p| {
                     (
                         p.key,

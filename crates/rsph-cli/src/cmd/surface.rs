@@ -4,7 +4,7 @@ use crate::exit::{Code, Trouble};
 use crate::output::{number, print};
 use clap::Args;
 use rsph_core::mesh::TriangleMesh;
-use rsph_core::particles::COLUMNS;
+use rsph_core::particles::shown_columns;
 use rsph_core::surface::SurfaceField;
 use rsph_core::tensor::Vec3;
 use rsph_scenario::mesh_io::write_mesh;
@@ -68,7 +68,7 @@ fn surface_file(path: &Path) -> PathBuf {
 
 /// The fields whose names the core knows.
 fn fields(state: &PolyData) -> Vec<SurfaceField> {
-    let known = COLUMNS.iter().map(|c| c.name).chain(["normal_strain", "shear_strain"]);
+    let known = shown_columns().map(|c| c.name).chain(["normal_strain", "shear_strain"]);
     known
         .filter_map(|name| {
             let field = state.field(name)?;

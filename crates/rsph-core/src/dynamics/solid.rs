@@ -10,6 +10,7 @@ mod law;
 mod materials;
 mod measured;
 mod reactions;
+mod relaxation;
 mod stress;
 mod sweeps;
 
@@ -34,6 +35,7 @@ use correction::{Correction, GENERAL, Row, Surroundings};
 use hourglass::Memory;
 use materials::Materials;
 use rayon::prelude::*;
+use relaxation::Relaxation;
 use std::sync::Arc;
 use stress::State;
 
@@ -64,6 +66,8 @@ pub struct Solid {
     contrast: Option<Contrast>,
     /// A particle that is turned inside out.
     inverted: Option<usize>,
+    /// Of materials with Prony series.
+    relaxation: Option<Relaxation>,
     constants: Constants,
     correction: Correction,
     /// Of a body that was remeshed, under a law that is not linear.
@@ -112,12 +116,15 @@ impl Solid {
             state: State::default(),
             sums: vec![ForceSums::default(); n.div_ceil(PARTICLES_PER_SUM)],
         };
+        let density = material.density();
+        let materials = Materials::uniform(material);
         Self {
             remesh_gradient: Vec::new(),
-            mass: Arc::new(volume.iter().map(|v| v * material.density()).collect()),
+            mass: Arc::new(volume.iter().map(|v| v * density).collect()),
             hourglass,
             contrast: None,
             inverted: None,
+            relaxation: Relaxation::new(&materials, &lattice.tiles),
             constants: Constants::new(&lattice, volume),
             correction: Correction::default(),
             memory: None,
@@ -125,7 +132,7 @@ impl Solid {
             lift: Lift::default(),
             fixed,
             loads: Vec::new(),
-            materials: Arc::new(Materials::uniform(material)),
+            materials: Arc::new(materials),
             work,
         }
     }
@@ -370,7 +377,7 @@ impl Solid {
 
 impl Dynamics for Solid {
     fn integrated(&self) -> &'static [Field] {
-        &[Field::Displacement, Field::Velocity]
+        self.columns()
     }
 
     fn moves_with_velocity(&self) -> bool {
@@ -380,12 +387,17 @@ impl Dynamics for Solid {
     fn rates(&mut self, t: f64, particles: &Particles, rates: &mut [Column]) -> ForceSums {
         let n = self.len();
         let (u, v) = (particles.column(Field::Displacement), particles.column(Field::Velocity));
+        let (motion, relaxed) = rates.split_at_mut(2);
+        self.take_relaxed(particles);
+        if !relaxed.is_empty() {
+            self.relaxed_rates(t, particles, relaxed);
+        }
 
         self.stress_sweep_at(t, u.values(), v.values()); // Eqs. (10), (13), (5)
         self.adjoint_sweep(); // Eq. (12)
         NodalLoad::follow(&mut self.loads, u.values());
 
-        let [du, dv] = rates else { unreachable!("two integrated columns") };
+        let [du, dv] = motion else { unreachable!("displacement and velocity") };
         if !du.is_empty() {
             du.values_mut().copy_from_slice(v.values()); // Eq. (4)
         }
@@ -457,6 +469,7 @@ impl Dynamics for Solid {
         let chosen: Vec<Field> = wanted.iter().copied().filter(|f| is_measure(*f)).collect();
         let wants_stress =
             wants(Field::Stress) || wants(Field::VonMises) || chosen.iter().any(|f| rests_on_stress(*f));
+        self.take_relaxed(particles);
         let [strain, stress] = self.strain_and_stress(t, u.values(), wants_stress.then(|| v.values()));
         if !chosen.is_empty() {
             self.set_measures(t, &chosen, [&strain, &stress], particles);
@@ -481,7 +494,8 @@ impl Dynamics for Solid {
 
     fn energy(&mut self, t: f64, particles: &Particles) -> Energy {
         let (u, v) = (particles.column(Field::Displacement), particles.column(Field::Velocity));
-        let elastic = self.elastic_energy(t, 1.0, u.values());
+        let elements = self.energy_of_elements(t, particles);
+        let elastic = self.elastic_energy(t, 1.0, u.values()) + elements;
         let kinetic = (0..self.len()).map(|a| 0.5 * self.mass[a] * v.vector(a).norm_squared()).sum();
         Energy { kinetic, elastic }
     }

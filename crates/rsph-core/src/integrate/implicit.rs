@@ -25,6 +25,8 @@ const MAX_NEWTON_STEPS: usize = 12;
 const DIVERGED: f64 = 10.0;
 /// Residual of the linear system of one of them, as a share of its right-hand side.
 const FORCING: f64 = 0.02;
+/// Residual that is rounding, as a share of E V/dx sqrt(3 n): 1e-14 of the forces between particles at a strain of one.
+const ROUNDING: f64 = 1e-14;
 /// Bounds of the change of a step, and the share of the estimated best one that is taken.
 const CHANGE: (f64, f64, f64) = (0.2, 2.0, 0.9);
 
@@ -56,6 +58,8 @@ pub struct Implicit {
     /// Acceleration of the stage.
     total: Vec<f64>,
     reference: f64,
+    /// Residual that is rounding.
+    rounding: f64,
 }
 
 impl Implicit {
@@ -75,6 +79,7 @@ impl Implicit {
             // What is remembered is of one matrix.
             if solid.is_linear() { solver.with_history() } else { solver }
         });
+        let rounding = dynamics.solid().map_or(0.0, |solid| ROUNDING * solid.force_scale());
         let mut scale = 0.0;
         if let (Some(solid), Some(solver), Some(_)) = (dynamics.solid(), &mut solver, adaptive) {
             // The displacement at rest under all loads at their peaks, if the body is held.
@@ -101,6 +106,7 @@ impl Implicit {
             acceleration: zeros(),
             total: zeros(),
             reference: 0.0,
+            rounding,
         }
     }
 
@@ -136,7 +142,7 @@ impl Implicit {
             residual(&solid.mass, self.rates[1].values(), &self.total, &mut self.force);
             let size = solver.norm(&self.force);
             self.reference = self.reference.max(size);
-            let goal = STAGE * self.tolerance * self.reference;
+            let goal = (STAGE * self.tolerance * self.reference).max(self.rounding);
             if step > 0 && (is_linear || size <= goal) {
                 return Ok((sums, applications));
             }
@@ -234,10 +240,14 @@ impl Integrator for Implicit {
     ) -> Result<Step, (FailureKind, String)> {
         self.start[0].copy_from_slice(particles.column(Field::Displacement).values());
         self.start[1].copy_from_slice(particles.column(Field::Velocity).values());
+        if let Some(solid) = dynamics.solid() {
+            solid.start_step(t, particles);
+        }
         let mut integral = ForceSums::default();
         let mut evaluations = 0;
         let c = if self.scheme == Scheme::Sdirk2 { GAMMA * dt } else { dt };
         if self.scheme == Scheme::Sdirk2 {
+            start_stage(dynamics, particles, c);
             let (sums, count) = self.stage(dynamics, particles, t + c, c)?;
             integral = integral.add_scaled(dt - c, &sums);
             evaluations += count;
@@ -248,6 +258,7 @@ impl Integrator for Implicit {
             add(particles.column_mut(Field::Displacement).values_mut(), dt - c, &self.first[0]);
             add(particles.column_mut(Field::Velocity).values_mut(), dt - c, &self.first[1]);
         }
+        start_stage(dynamics, particles, dt);
         let (forces, count) = self.stage(dynamics, particles, t + dt, c)?;
         integral = integral.add_scaled(c, &forces);
         evaluations += count;
@@ -260,10 +271,16 @@ impl Integrator for Implicit {
             step.taken = error <= self.tolerance || dt <= self.shortest;
             if !step.taken {
                 Self::set(particles, &self.start[0], &self.start[1]);
+                if let Some(solid) = dynamics.solid() {
+                    solid.drop_step();
+                }
                 return Ok(step);
             }
         }
         let imposed = dynamics.impose(t + dt, particles);
+        if let Some(solid) = dynamics.solid() {
+            solid.end_step(t + dt, dt, particles);
+        }
         step.sums = StepSums {
             load: integral.load,
             reaction: integral.reaction + imposed.momentum,
@@ -272,6 +289,13 @@ impl Integrator for Implicit {
             dissipated: 0.0,
         };
         Ok(step)
+    }
+}
+
+/// Tells a solid that relaxes how long after the start of the step a stage ends.
+fn start_stage(dynamics: &mut dyn Dynamics, particles: &Particles, h: f64) {
+    if let Some(solid) = dynamics.solid() {
+        solid.start_stage(h, particles);
     }
 }
 

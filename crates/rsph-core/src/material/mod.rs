@@ -15,6 +15,7 @@ mod model;
 mod mooney_rivlin;
 mod neo_hookean;
 mod ogden;
+mod prony;
 mod saint_venant_kirchhoff;
 mod scaled;
 mod veronda_westmann;
@@ -36,6 +37,8 @@ pub use model::{Kind, Model, Parameter, Values, model, models, register};
 pub use mooney_rivlin::MooneyRivlin;
 pub use neo_hookean::NeoHookean;
 pub use ogden::Ogden;
+pub use prony::{MAX_TERMS, PRONY, PronyTerm, Relaxing};
+pub(crate) use prony::{energy_beyond, second_piola};
 pub use saint_venant_kirchhoff::SaintVenantKirchhoff;
 pub(crate) use scaled::Scaled;
 pub use veronda_westmann::VerondaWestmann;
@@ -71,6 +74,10 @@ pub trait Material: Debug + Send + Sync {
     /// Shear modulus mu (Pa) in the undeformed state.
     fn shear_modulus(&self) -> f64 {
         self.stiffness().shear_modulus()
+    }
+    /// Terms of the Prony series by which the stress relaxes to that of the law; none if it does not.
+    fn prony(&self) -> &[PronyTerm] {
+        &[]
     }
     /// What deformation it is for.
     fn range(&self) -> Range {
@@ -196,6 +203,13 @@ impl Stiffness {
     /// Energy density 1/2 e : C : e (J/m^3).
     pub fn energy_density(&self, strain: SymTensor) -> f64 {
         0.5 * self.stress(strain).double_dot(strain)
+    }
+
+    /// Strain at a stress, C^-1 : sigma; zero where C has no inverse.
+    pub fn strain(&self, stress: SymTensor) -> SymTensor {
+        let matrix = nalgebra::Matrix6::from_fn(|i, j| self.0[i][j]);
+        let inverse = matrix.try_inverse().unwrap_or_else(nalgebra::Matrix6::zeros);
+        SymTensor((inverse * nalgebra::Vector6::from(stress.0)).into())
     }
 
     /// Young's modulus (Pa), the mean of those along the axes.

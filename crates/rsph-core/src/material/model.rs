@@ -1,7 +1,7 @@
 //! What a scenario, the schema and Python need to know of a material model, and the models that there are.
 
 use super::kelvin_voigt::positive;
-use super::{KelvinVoigt, Material, REGISTRY};
+use super::{KelvinVoigt, MAX_TERMS, Material, PRONY, PronyTerm, REGISTRY, Relaxing};
 use crate::error::InvalidInput;
 use std::fmt::Debug;
 use std::sync::{Arc, PoisonError, RwLock};
@@ -21,6 +21,8 @@ pub enum Kind {
     OptionalVector,
     /// One to six numbers.
     List,
+    /// One to six pairs of numbers, which may be left out.
+    Pairs,
 }
 
 impl Kind {
@@ -32,6 +34,7 @@ impl Kind {
             Self::Vector => (3, 3),
             Self::OptionalVector => (0, 3),
             Self::List => (1, 6),
+            Self::Pairs => (0, 2 * MAX_TERMS),
         }
     }
 
@@ -92,7 +95,7 @@ impl Parameter {
     pub fn default(&self) -> Option<Vec<f64>> {
         match self.kind {
             Kind::Default(value) => Some(vec![value]),
-            Kind::OptionalNumber | Kind::OptionalVector => Some(Vec::new()),
+            Kind::OptionalNumber | Kind::OptionalVector | Kind::Pairs => Some(Vec::new()),
             Kind::Number | Kind::Vector | Kind::List => None,
         }
     }
@@ -145,7 +148,12 @@ pub struct Model {
 }
 
 impl Model {
-    /// The material of the values that `given` has for the keys of its parameters.
+    /// Its parameters and those of every model.
+    pub fn all_parameters(&self) -> impl Iterator<Item = &'static Parameter> {
+        self.parameters.iter().chain(std::iter::once(&PRONY))
+    }
+
+    /// The material of the values that `given` has for the keys of [`all_parameters`](Self::all_parameters).
     ///
     /// # Errors
     /// `material.<key>` of a parameter that is missing, has too few or too many numbers, or is out of range.
@@ -168,7 +176,17 @@ impl Model {
             }
             values.push(numbers);
         }
-        (self.build)(&Values { parameters: self.parameters, values })
+        let material = (self.build)(&Values { parameters: self.parameters, values })?;
+        let Some(series) = given(PRONY.key).filter(|numbers| !numbers.is_empty()) else {
+            return Ok(material);
+        };
+        let (pairs, rest) = series.as_chunks::<2>();
+        if !rest.is_empty() {
+            let problem = format!("takes pairs of numbers: {}", PRONY.doc);
+            return Err(InvalidInput::new("material.prony", "", problem, "for example prony = [[0.5, 1.5]]"));
+        }
+        let terms = pairs.iter().map(|[share, time]| PronyTerm { share: *share, time: *time }).collect();
+        Ok(Arc::new(Relaxing::new(material, terms)?))
     }
 }
 

@@ -61,6 +61,14 @@ impl Simulation {
                     "start a new simulation for another density",
                 ));
             }
+            if before.prony().len() != material.prony().len() {
+                return Err(InvalidInput::new(
+                    "material.prony",
+                    format!("{} terms", material.prony().len()),
+                    format!("must have as many terms as before, {}", before.prony().len()),
+                    "start a new simulation for another series",
+                ));
+            }
             let several = self.setup.solid().is_some_and(|solid| !solid.parts.is_empty());
             let [was, is] = [before, material].map(|m| m.relaxation_time());
             if several && is_linear(&**material) && was.to_bits() != is.to_bits() {

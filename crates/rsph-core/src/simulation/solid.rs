@@ -29,7 +29,7 @@ use crate::material::Material;
 use crate::mesh::TriangleMesh;
 use crate::mls::{Cloud, GradientFit, PointWeights};
 use crate::observe::{Reading, TaggedGauge, TaggedProbe};
-use crate::particles::{Column, Field, Particles};
+use crate::particles::{Column, Field, Particles, RELAXED_STRESSES};
 use crate::sample::{Body, sample};
 use crate::setup::{
     Boundary, Formulation, Load, Probe, RemeshTrigger, Setup, SolidSetup, Units, VectorField,
@@ -39,7 +39,7 @@ use crate::snapshot::Snapshot;
 use crate::stability::{StepLimit, step_limit};
 use crate::state::State;
 use crate::surface::Surface;
-use crate::tensor::{Mat3, Vec3};
+use crate::tensor::{Mat3, SymTensor, Vec3};
 use assemble::LatticeParticles;
 use held::{Held, with_cut_shape};
 use remesh::{SolidRemeshError, Undeformed};
@@ -504,14 +504,27 @@ impl Model for SolidBody {
             let (u, v) = (snapshot.column(Field::Displacement), snapshot.column(Field::Velocity));
             let relaxation_time = self.setup.mechanics.relaxation_time();
             let effective = |a: usize| u.vector(a) + relaxation_time * v.vector(a);
+            let weights = &fits.weights;
+            let relaxed = |i: usize, material: &dyn Material| {
+                let terms = material.prony();
+                let factor = 1.0 + terms.iter().map(|term| term.share).sum::<f64>();
+                let k = |c: usize| {
+                    let of_terms = terms.iter().zip(RELAXED_STRESSES).map(|(term, field)| {
+                        let column = snapshot.column(field);
+                        term.share * weights.value(column, c, i)
+                    });
+                    of_terms.sum()
+                };
+                (!terms.is_empty()).then(|| (factor, SymTensor(std::array::from_fn(k))))
+            };
             let fits = (&cloud, &fits.gradients[..]);
             surface.set_strain_and_stress(&reading.read(
                 &loading,
                 fits,
                 &self.pushed(positions.len()),
                 snapshot.time,
-                |a| u.vector(a),
-                effective,
+                relaxed,
+                (|a| u.vector(a), effective),
             ));
         }
         surface
@@ -614,7 +627,7 @@ fn described(
         scheme_reason: pace.reason,
         dt: pace.dt,
         shortest_step: pace.adaptive,
-        fastest_decay: setup.mechanics.relaxation_time() * limit.kappa,
+        fastest_decay: limit.fastest_decay,
         dt_limit: limit.dt,
         limited_by_viscosity: limit.viscous,
         volume: volume.iter().sum(),
@@ -640,6 +653,10 @@ fn starting_particles(
     particles.set(Field::Mass, Column::shared(Arc::clone(&solid.mass), n));
     particles.set(Field::Volume, Column::shared(Arc::clone(&lattice_particles.volume), n));
     particles.set(Field::LevelSet, Column::from_vec(level_set, n));
+    for field in solid.relaxed_columns() {
+        // The body was undeformed for long.
+        particles.set(*field, Column::zeros(field.spec().components, n));
+    }
     if setup.solver.formulation == Formulation::Paper {
         let strain = solid.strain(0.0, particles.column(Field::Displacement).values());
         particles.set(Field::Strain, Column::from_vec(strain, n));
@@ -696,6 +713,14 @@ fn check_solid(setup: &Setup<SolidSetup>) -> Result<(), InvalidInput> {
             "paper",
             "the scheme of the paper has one material",
             "take \"adjoint\", or one [material] without a place or a modulus map",
+        ));
+    }
+    if setup.solver.formulation == Formulation::Paper && !setup.mechanics.material.prony().is_empty() {
+        return Err(InvalidInput::new(
+            "solver.formulation",
+            "paper",
+            "the scheme of the paper has no Prony series",
+            "take \"adjoint\", or remove material.prony",
         ));
     }
     if setup.solver.formulation == Formulation::Paper

@@ -51,18 +51,21 @@ impl Simulation {
         let solid = held_solid(self.model.dynamics_mut(), moment)?;
         let n = self.particles.len();
         let start = [Field::Displacement, Field::Velocity].map(|f| self.particles.column(f).clone());
+        let is_linear = solid.is_linear();
         let mut u = start[0].values().to_vec();
-        let mut newton = Newton::new(solid, t);
-        let ended = newton.solve(TOLERANCE, &mut u, watch);
-        if ended.is_ok() && reads_reactions {
-            newton.refine(TOLERANCE_OF_REACTIONS, &mut u, watch);
-        }
-        let (found, sums) = reached(&mut newton, &u);
-        let mut trouble = ended.err().map(|_| {
-            let place = newton.moves_most().map(|a| self.particles.column(Field::Reference).vector(a));
-            not_converged(&found, newton.solid.is_linear(), place, moment)
+        let (found, sums, mut trouble) = solid.fully_relaxed(|solid| {
+            let mut newton = Newton::new(solid, t);
+            let ended = newton.solve(TOLERANCE, &mut u, watch);
+            if ended.is_ok() && reads_reactions {
+                newton.refine(TOLERANCE_OF_REACTIONS, &mut u, watch);
+            }
+            let (found, sums) = reached(&mut newton, &u);
+            let trouble = ended.err().map(|_| {
+                let place = newton.moves_most().map(|a| self.particles.column(Field::Reference).vector(a));
+                not_converged(&found, is_linear, place, moment)
+            });
+            (found, sums, trouble)
         });
-        let is_linear = newton.solid.is_linear();
         self.particles.set(Field::Displacement, Column::from_vec(u, n));
         self.particles.set(Field::Velocity, Column::zeros(3, n));
         if trouble.is_none() {
@@ -78,6 +81,9 @@ impl Simulation {
             self.particles.set(Field::Displacement, u);
             self.particles.set(Field::Velocity, v);
             return Err(failure);
+        }
+        if let Some(solid) = self.model.dynamics_mut().solid() {
+            solid.relax_fully(t, &mut self.particles);
         }
         let energy = self.model.dynamics_mut().energy(t, &self.particles);
         self.balance.settle(energy, sums);

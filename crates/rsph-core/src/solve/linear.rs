@@ -15,9 +15,13 @@ use crate::state::{State, Stateful, damaged};
 /// the hierarchy and what is remembered are worth keeping.
 const ROUNDING: f64 = 1e-12;
 
+/// Whether two numbers differ by rounding only.
+fn close(a: f64, b: f64) -> bool {
+    (a - b).abs() <= ROUNDING * a.abs()
+}
+
 /// Whether two scales differ by rounding only.
 fn alike(a: Scales, b: Scales) -> bool {
-    let close = |a: f64, b: f64| (a - b).abs() <= ROUNDING * a.abs();
     close(a.mass, b.mass) && close(a.stiffness, b.stiffness) && close(a.damping, b.damping)
 }
 
@@ -31,6 +35,8 @@ pub struct LinearSolver {
     scales: Scales,
     /// T.
     relaxation_time: f64,
+    /// By how much the body was stiffer than its laws.
+    stiffening: f64,
     applications: u64,
 }
 
@@ -53,12 +59,13 @@ impl LinearSolver {
     pub fn new(solid: &mut Solid) -> Self {
         let len = 3 * solid.len();
         Self {
-            multigrid: Multigrid::new(solid),
+            multigrid: solid.fully_relaxed(Multigrid::new),
             gradients: ConjugateGradients::new(len),
             history: SolutionHistory::default(),
             step: vec![0.0; len],
             scales: Scales::STATIC,
             relaxation_time: solid.relaxation_time(),
+            stiffening: 1.0,
             applications: 0,
         }
     }
@@ -82,7 +89,9 @@ impl LinearSolver {
         goal: Goal,
         watch: &mut dyn FnMut(usize, f64) -> bool,
     ) -> Outcome {
-        if !alike(self.scales, scales) {
+        let stiffening = solid.stiffening();
+        if !alike(self.scales, scales) || !close(self.stiffening, stiffening) {
+            self.stiffening = stiffening;
             self.set_scales(scales);
             self.history.forget();
         }
@@ -108,7 +117,7 @@ impl LinearSolver {
     pub fn refresh(&mut self, solid: &mut Solid) -> Multigrid {
         let before = self.multigrid.clone();
         solid.make_tangent_positive(true);
-        self.multigrid.refresh(solid);
+        solid.fully_relaxed(|solid| self.multigrid.refresh(solid));
         solid.make_tangent_positive(false);
         self.set_scales(self.scales);
         before
@@ -120,7 +129,8 @@ impl LinearSolver {
     }
 
     fn set_scales(&mut self, scales: Scales) {
-        self.multigrid.set_scales(scales.mass, scales.of_stiffness(self.relaxation_time));
+        let stiffness = self.stiffening * scales.of_stiffness(self.relaxation_time);
+        self.multigrid.set_scales(scales.mass, stiffness);
         self.scales = scales;
     }
 
@@ -146,18 +156,21 @@ const KNOWN: &str = "solver/known";
 impl Stateful for LinearSolver {
     fn save(&self, state: &mut State) {
         state.put("solver/scales", [self.scales.mass, self.scales.stiffness, self.scales.damping]);
+        state.put("solver/stiffening", [self.stiffening]);
         state.put(KNOWN, self.history.known().iter().flatten().flatten().copied().collect::<Vec<_>>());
     }
 
     fn restore(&mut self, state: &State) -> Result<(), InvalidInput> {
         let [mass, stiffness, damping] = state.numbers("solver/scales")?;
         let scales = Scales { mass, stiffness, damping };
+        let [stiffening] = state.numbers("solver/stiffening")?;
         let (values, len) = (state.real(KNOWN)?, self.step.len());
         let pair = 2 * len.max(1);
         if !values.len().is_multiple_of(pair) || values.len() > WINDOW * pair {
             return Err(damaged(KNOWN, &format!("must hold pairs of {len} values, {WINDOW} at most")));
         }
-        if self.scales != scales {
+        if self.scales != scales || self.stiffening.to_bits() != stiffening.to_bits() {
+            self.stiffening = stiffening;
             self.set_scales(scales);
         }
         let split = |pair: &[f64]| [pair[..len].to_vec(), pair[len..].to_vec()];

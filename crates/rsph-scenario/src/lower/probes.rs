@@ -3,7 +3,7 @@
 use super::parts::region;
 use crate::scenario::{Document, GaugeTable, KeyPath, MeasureName, ProbeTable, ScenarioError};
 use rsph_core::measures::MEASURES;
-use rsph_core::particles::{COLUMNS, Field};
+use rsph_core::particles::{Field, shown_columns};
 use rsph_core::setup::{Gauge, Mechanics, Probe, Quantity, RemeshTrigger};
 use rsph_core::simulation::{OwnReading, own_readings};
 use rsph_core::tensor::Vec3;
@@ -76,7 +76,7 @@ pub fn measures(doc: &Document, names: &[MeasureName]) -> Result<Vec<Field>, Sce
         let path = KeyPath::from("output.fields").index(i);
         let known: Vec<&str> = MEASURES.iter().map(|field| field.spec().name).collect();
         let Some(field) = Field::from_name(name).filter(|field| MEASURES.contains(field)) else {
-            let remedy = match COLUMNS.iter().find(|c| c.name == name) {
+            let remedy = match shown_columns().find(|c| c.name == name) {
                 Some(_) => format!("remove it: `{name}` is in every frame of a body that has it"),
                 None => crate::scenario::suggestion(name, &known).map_or_else(
                     || "for example \"principal_strain\"".into(),
@@ -95,9 +95,9 @@ pub fn measures(doc: &Document, names: &[MeasureName]) -> Result<Vec<Field>, Sce
 
 fn quantity(doc: &Document, path: &KeyPath, text: &str) -> Result<Quantity, ScenarioError> {
     Quantity::parse(text).ok_or_else(|| {
-        let names: Vec<&str> = COLUMNS.iter().map(|c| c.name).collect();
+        let names: Vec<&str> = shown_columns().map(|c| c.name).collect();
         let field = text.split('.').next().unwrap_or_default();
-        let remedy = match COLUMNS.iter().find(|c| c.name == field) {
+        let remedy = match shown_columns().find(|c| c.name == field) {
             Some(c) if c.components == 1 => format!("`{field}` is a single number: write \"{field}\""),
             Some(c) => {
                 format!("`{field}` has the components {}", c.suffixes.join(", "))

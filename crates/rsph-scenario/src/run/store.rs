@@ -6,6 +6,7 @@ use crate::output::units;
 use crate::output::{Course, Parameter, ProbeColumn, RunInfo, RunWriters};
 use crate::scenario::{AxesName, LabelMapValue, LoadedScenario, MaterialTables, ModeName, ShapeTable};
 use crate::sink::{RunSink, SinkError};
+use rsph_core::material::Kind;
 use rsph_core::region::Axis;
 use rsph_core::setup::{
     Curve, Formulation, Load, LoadKind, Mechanics, Motion, RemeshTrigger, STRAIN, Scheme, Setup, Units,
@@ -71,6 +72,9 @@ fn material(scenario: &LoadedScenario) -> Vec<Parameter> {
         rows.push(Parameter::new("material", table.text("model").unwrap_or_default(), ""));
         rows.extend(table.values().into_iter().map(|(p, numbers)| match numbers[..] {
             [number] => Parameter::number(p.doc, number, p.unit),
+            _ if p.kind == Kind::Pairs => {
+                Parameter::new(p.doc, format!("{:?}", numbers.as_chunks::<2>().0), p.unit)
+            }
             _ => Parameter::new(p.doc, format!("{numbers:?}"), p.unit),
         }));
     }

@@ -8,7 +8,7 @@ use super::keypath::KeyPath;
 use super::label_map::AxesName;
 use super::region::RegionTable;
 use super::tables::ShapeTable;
-use rsph_core::material::{Kind, Material, Model, Parameter, model, models};
+use rsph_core::material::{Kind, MAX_TERMS, Material, Model, Parameter, model, models};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error;
 use serde::{Deserialize, Deserializer};
@@ -145,12 +145,12 @@ impl MaterialTable {
     pub fn build(&self, document: &Document, table: &KeyPath) -> Result<Arc<dyn Material>, ScenarioError> {
         let model = self.model(document, table)?;
         let known: Vec<&str> =
-            std::iter::once("model").chain(model.parameters.iter().map(|p| p.key)).chain(BESIDE).collect();
+            std::iter::once("model").chain(model.all_parameters().map(|p| p.key)).chain(BESIDE).collect();
         if let Some(stranger) = self.0.keys().find(|k| !known.contains(&k.as_str())) {
             return Err(document.unknown_key(&table.key(stranger), &known));
         }
-        let mut values = Vec::with_capacity(model.parameters.len());
-        for p in model.parameters {
+        let mut values = Vec::with_capacity(model.parameters.len() + 1);
+        for p in model.all_parameters() {
             let path = table.key(p.key);
             let what = format!("{} ({})", p.doc, p.unit);
             let numbers = match self.0.get(p.key) {
@@ -185,12 +185,12 @@ impl MaterialTable {
 
     /// The model's parameters with their values, defaults included; absent ones are left out.
     pub fn values(&self) -> Vec<(&'static Parameter, Vec<f64>)> {
-        let parameters = self.text("model").and_then(model).map_or(&[][..], |m| m.parameters);
+        let parameters = self.text("model").and_then(model).into_iter().flat_map(Model::all_parameters);
         let value = |p: &Parameter| match self.0.get(p.key) {
             Some(value) => numbers(value, p.kind).ok(),
             None => p.default().filter(|numbers| !numbers.is_empty()),
         };
-        parameters.iter().filter_map(|p| Some((p, value(p)?))).collect()
+        parameters.filter_map(|p| Some((p, value(p)?))).collect()
     }
 
     fn model(&self, document: &Document, table: &KeyPath) -> Result<&'static Model, ScenarioError> {
@@ -229,7 +229,14 @@ fn numbers(value: &toml::Value, kind: Kind) -> Result<Vec<f64>, String> {
         toml::Value::Integer(i) => Some(*i as f64),
         _ => None,
     };
+    let pair = |value: &toml::Value| match value.as_array().map(Vec::as_slice) {
+        Some([first, second]) => Some([number(first)?, number(second)?]),
+        _ => None,
+    };
     let found: Option<Vec<f64>> = match value {
+        toml::Value::Array(pairs) if kind == Kind::Pairs => {
+            pairs.iter().map(pair).collect::<Option<Vec<_>>>().map(|pairs| pairs.concat())
+        }
         toml::Value::Array(values) if !kind.is_number() => values.iter().map(number).collect(),
         value if kind.is_number() || kind == Kind::List => number(value).map(|x| vec![x]),
         _ => None,
@@ -237,6 +244,8 @@ fn numbers(value: &toml::Value, kind: Kind) -> Result<Vec<f64>, String> {
     let (_, most) = kind.count();
     let fewest = if kind == Kind::List { 1 } else { most };
     match found {
+        Some(found) if kind == Kind::Pairs && (2..=most).contains(&found.len()) => Ok(found),
+        _ if kind == Kind::Pairs => Err(format!("must be a list of {}", wanted(kind))),
         None if kind.is_number() => Err(format!("is a {}, and a number is allowed", value.type_str())),
         None => Err(format!("is a {}, and {} is allowed", value.type_str(), wanted(kind))),
         Some(found) if (fewest..=most).contains(&found.len()) => Ok(found),
@@ -246,7 +255,9 @@ fn numbers(value: &toml::Value, kind: Kind) -> Result<Vec<f64>, String> {
 
 /// How to write it.
 fn remedy(kind: Kind) -> &'static str {
-    if kind.is_number() {
+    if kind == Kind::Pairs {
+        "for example [[0.5, 1.5]]"
+    } else if kind.is_number() {
         "write a number without quotes or brackets"
     } else {
         "write numbers without quotes, in brackets"
@@ -259,6 +270,7 @@ fn wanted(kind: Kind) -> &'static str {
         Kind::Number | Kind::Default(_) | Kind::OptionalNumber => "<number>",
         Kind::Vector | Kind::OptionalVector => "[<x>, <y>, <z>]",
         Kind::List => "[<one to six numbers>]",
+        Kind::Pairs => "one to six pairs",
     }
 }
 
@@ -287,10 +299,16 @@ fn model_schema(m: &Model, beside: &serde_json::Value) -> serde_json::Value {
     let mut properties = serde_json::Map::new();
     properties.insert("model".into(), serde_json::json!({"const": m.name, "description": m.doc}));
     let mut required = vec!["model"];
-    for p in m.parameters {
+    for p in m.all_parameters() {
         let mut entry = serde_json::json!({"description": format!("{} ({})", p.doc, p.unit)});
         if p.kind.is_number() {
             entry["type"] = "number".into();
+        } else if p.kind == Kind::Pairs {
+            let number = serde_json::json!({"type": "number", "exclusiveMinimum": 0});
+            entry["type"] = "array".into();
+            entry["items"] =
+                serde_json::json!({"type": "array", "items": number, "minItems": 2, "maxItems": 2});
+            (entry["minItems"], entry["maxItems"]) = (1.into(), MAX_TERMS.into());
         } else {
             let (_, most) = p.kind.count();
             let fewest = if p.kind == Kind::List { 1 } else { most };
@@ -300,7 +318,7 @@ fn model_schema(m: &Model, beside: &serde_json::Value) -> serde_json::Value {
         }
         match p.kind {
             Kind::Default(default) => entry["default"] = default.into(),
-            Kind::OptionalNumber | Kind::OptionalVector => {}
+            Kind::OptionalNumber | Kind::OptionalVector | Kind::Pairs => {}
             Kind::Number | Kind::Vector | Kind::List => required.push(p.key),
         }
         properties.insert(p.key.into(), entry);

@@ -5,7 +5,8 @@ use super::Solid;
 use super::contrast::Contrast;
 use super::correction::{GENERAL, SYMMETRIC};
 use super::materials::Materials;
-use super::stress::{Change, Hooke, HookeByPlace, PositiveChange, State, Total};
+use super::relaxation::{Relaxation, Relaxed};
+use super::stress::{Change, Hooke, HookeByPlace, PositiveChange, State, Stress, Total};
 use crate::boundary::force_sums::ForceSums;
 use crate::boundary::nodal_load::NodalLoad;
 use crate::dynamics::Scales;
@@ -39,9 +40,16 @@ impl Solid {
         self.materials.modulus(t, lane)
     }
 
+    /// E V/dx sqrt(3 n) (N): the norm of the forces between particles at a strain of one.
+    pub(crate) fn force_scale(&self) -> f64 {
+        let stiffest = (0..self.len()).map(|a| self.modulus(a)).fold(1.0, f64::max) * self.stiffening();
+        let of_one = self.materials.young_modulus() * self.lattice.cell_volume() / self.lattice.spacing;
+        stiffest * of_one * (3.0 * self.len() as f64).sqrt()
+    }
+
     /// Number of the material that holds the larger share of a particle.
     pub fn material_of(&self, a: usize) -> usize {
-        usize::from(self.materials.cell(a).materials[0])
+        self.materials.number(a)
     }
 
     /// Goes on with another material in the place of number `k`, of the same density and linear if that is, and with `hourglass` as
@@ -57,6 +65,7 @@ impl Solid {
 
     /// Takes these materials with the springs of the hourglass term between them, and the undeformed body as the state of the tangent.
     pub(super) fn set_materials(&mut self, materials: Materials) {
+        self.relaxation = Relaxation::new(&materials, &self.lattice.tiles);
         self.contrast = materials
             .places()
             .and_then(|places| Contrast::new(&self.lattice, &self.constants, &places.modulus));
@@ -102,7 +111,7 @@ impl Solid {
         self.lift.set_targets(|m| m.displacement(t) + m.velocity(t) * relaxation_time, |m| m.velocity(t));
         self.spread(u, Some((v, relaxation_time)));
         if self.is_linear() {
-            self.linear_stress_sweep();
+            self.linear_stress_sweep(true);
             return;
         }
         let rate = std::mem::take(&mut self.work.rate);
@@ -114,9 +123,12 @@ impl Solid {
     /// inside out.
     fn watched_stress_sweep(&mut self, rate: Option<(&[Tile], f64)>) {
         let (inverted, materials) = (AtomicUsize::new(usize::MAX), Arc::clone(&self.materials));
-        let materials = &*materials;
-        let stress = self.stress_sweep(materials, |tiles| Total { materials, tiles, rate, inverted });
+        let (materials, of) = (&*materials, self.relaxation.take());
+        let relaxation = of.as_ref();
+        let stress =
+            self.stress_sweep(materials, |tiles| Total { materials, tiles, rate, relaxation, inverted });
         self.inverted = stress.first_inverted();
+        self.relaxation = of;
     }
 
     /// A particle that was turned inside out, det F <= 0, at the last evaluation of the stress of a law for any deformation.
@@ -215,7 +227,7 @@ impl Solid {
     /// Stress sweep of the tangent of the field that was spread, for changes of F and dF/dt in these proportions.
     pub(super) fn tangent_sweep(&mut self, scales: Scales) {
         if self.is_linear() {
-            self.linear_stress_sweep();
+            self.linear_stress_sweep(false);
             return;
         }
         let total = scales.of_stiffness(self.relaxation_time());
@@ -223,20 +235,39 @@ impl Solid {
         let shares = [share(scales.stiffness), share(scales.damping)];
         let (state, materials) = (std::mem::take(&mut self.work.state), Arc::clone(&self.materials));
         let (state_now, materials) = (&state, &*materials);
+        let of = self.relaxation.take();
+        let relaxation = of.as_ref();
         match (materials.places(), state.is_positive) {
             (_, false) => {
-                self.stress_sweep(materials, |tiles| Change { materials, tiles, state: state_now, shares });
+                let state = state_now;
+                self.stress_sweep(materials, |tiles| Change { materials, tiles, state, shares, relaxation });
             }
             (None, true) => {
                 let hooke = Hooke::new(materials.first_stiffness());
-                self.stress_sweep(materials, |_| PositiveChange { hooke, state: state_now });
+                self.positive_sweep(materials, PositiveChange { hooke, state: state_now }, relaxation);
             }
             (Some(places), true) => {
                 let hooke = HookeByPlace(places);
-                self.stress_sweep(materials, |_| PositiveChange { hooke, state: state_now });
+                self.positive_sweep(materials, PositiveChange { hooke, state: state_now }, relaxation);
             }
         }
+        self.relaxation = of;
         self.work.state = state;
+    }
+
+    /// [`Self::stress_sweep`] of a positive tangent.
+    fn positive_sweep(
+        &mut self,
+        materials: &Materials,
+        stress: impl Stress,
+        relaxation: Option<&Relaxation>,
+    ) {
+        match relaxation {
+            None => drop(self.stress_sweep(materials, |_| stress)),
+            Some(relaxation) => {
+                drop(self.stress_sweep(materials, |_| Relaxed { stress, relaxation, whole: false }));
+            }
+        }
     }
 
     /// The smallest det F, and the particle that has it, at time `t` with the displacement `u`.
@@ -267,11 +298,16 @@ impl Solid {
         let is_damped = v.is_some();
         self.spread_displacement(t, u);
         let (materials, rate) = (Arc::clone(&self.materials), std::mem::take(&mut self.work.rate));
+        let (is_linear, relaxation) = (self.is_linear(), self.relaxation.take());
         self.visit_sums(false, |a, at, sums| {
             let f_rate = if is_damped { matrix(&rate, at) } else { Mat3::zeros() };
-            let [strain, stress] = materials.measures(a, &sums.deformation, &f_rate);
+            let [strain, mut stress] = materials.measures(a, &sums.deformation, &f_rate);
+            if let Some(relaxation) = &relaxation {
+                stress = relaxation.cauchy(at, stress, &sums.deformation, is_linear);
+            }
             std::array::from_fn(|c| if c < 6 { strain.0[c] } else { stress.0[c - 6] })
         });
+        self.relaxation = relaxation;
         self.work.rate = if self.is_linear() { Vec::new() } else { rate };
         [self.gather_pair(0..6), self.gather_pair(6..12)]
     }
@@ -281,7 +317,7 @@ impl Solid {
     pub fn force_at_rest(&mut self, t: f64, share: f64, u: &[f64], force: &mut [f64]) {
         self.spread_share(t, share, u);
         if self.is_linear() {
-            self.linear_stress_sweep();
+            self.linear_stress_sweep(true);
         } else {
             self.watched_stress_sweep(None);
         }

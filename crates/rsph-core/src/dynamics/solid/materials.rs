@@ -4,7 +4,9 @@
 //! or an interface goes particle by particle.
 
 use super::stress::Hooke;
-use crate::material::{Composition, Law, Material, MaterialSet, Stiffness};
+use crate::material::{
+    Composition, Law, Material, MaterialSet, PronyTerm, Stiffness, energy_beyond, second_piola,
+};
 use crate::tensor::lanes::Tensors;
 use crate::tensor::{Mat3, SymTensor};
 use crate::tiles::{LANES, Tile, Tiles};
@@ -192,6 +194,44 @@ impl Materials {
             None => self.first_stiffness().stress(strain),
             Some(places) => self.set.hooke(&places.cells[particle], strain),
         }
+    }
+
+    /// Energy per undeformed volume (J/m^3) of a spring of a particle's law that is stretched by this displacement gradient from where it
+    /// has the stress A = `relaxed`.
+    pub(super) fn energy_beyond(&self, particle: usize, gradient: &Mat3, relaxed: SymTensor) -> f64 {
+        let cell = self.cell(particle);
+        let from_stiffness = |stress: SymTensor| {
+            let left = stress - relaxed;
+            0.5 * left.double_dot(self.set.stiffness(&cell).strain(left))
+        };
+        if self.linear {
+            return from_stiffness(self.hooke(particle, SymTensor::symmetric_part(gradient)));
+        }
+        let f = Mat3::identity() + gradient;
+        self.set.with_law(&cell, |law| {
+            energy_beyond(law, &f, &relaxed.to_matrix())
+                .unwrap_or_else(|| from_stiffness(second_piola(law, &f).unwrap_or_default()))
+        })
+    }
+
+    /// Prony series of the material that holds the larger share of a particle.
+    pub(super) fn prony_terms(&self, particle: usize) -> &[PronyTerm] {
+        self.set.material(self.number(particle) as u16).prony()
+    }
+
+    /// Number of the material that holds the larger share of a particle.
+    pub(super) fn number(&self, particle: usize) -> usize {
+        self.places.as_ref().map_or(0, |places| usize::from(places.cells[particle].materials[0]))
+    }
+
+    /// Prony series of all materials.
+    pub(super) fn all_prony_terms(&self) -> impl Iterator<Item = &[PronyTerm]> {
+        self.set.materials().map(|material| material.prony())
+    }
+
+    /// Terms of the longest Prony series.
+    pub(super) fn most_prony_terms(&self) -> usize {
+        self.all_prony_terms().map(<[PronyTerm]>::len).max().unwrap_or(0)
     }
 
     /// Energy per undeformed volume (J/m^3) of a particle at this displacement gradient; infinite where it is turned inside out.

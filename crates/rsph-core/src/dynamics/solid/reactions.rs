@@ -13,6 +13,7 @@ impl Solid {
         let n = self.len();
         let [x, u, v] =
             [Field::Reference, Field::Displacement, Field::Velocity].map(|f| particles.column(f).values());
+        self.take_relaxed(particles);
         let rests = v.iter().all(|v| *v == 0.0);
         let mut force = vec![0.0; u.len()];
         if rests {

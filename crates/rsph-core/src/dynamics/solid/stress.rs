@@ -2,6 +2,7 @@
 
 use super::correction::GENERAL;
 use super::materials::{Kind, Materials, Places, STIFFNESS};
+use super::relaxation::Relaxation;
 use super::sweeps::{At, Body, Sums};
 use crate::material::Stiffness;
 use crate::ops::{PAIR_COMPONENTS, Pointwise};
@@ -96,6 +97,8 @@ pub(super) struct Total<'a> {
     pub(super) tiles: &'a Tiles,
     /// dF/dt with T, if there is damping.
     pub(super) rate: Option<(&'a [Tile], f64)>,
+    /// What relaxation makes of it.
+    pub(super) relaxation: Option<&'a Relaxation>,
     /// The first particle that is turned inside out.
     pub(super) inverted: AtomicUsize,
 }
@@ -115,7 +118,8 @@ impl Stress for Total<'_> {
         of.store(&f);
         self.materials.stresses((self.tiles, at.tile, at.lane), S::F64_LANES, &of, rate.as_ref(), &mut piola);
         self.watch(at, &f);
-        piola.load(at.simd)
+        let piola = piola.load(at.simd);
+        self.relaxation.map_or(piola, |relaxation| relaxation.general(at, &piola, &f))
     }
 }
 
@@ -147,6 +151,8 @@ pub(super) struct Change<'a> {
     pub(super) tiles: &'a Tiles,
     pub(super) state: &'a State,
     pub(super) shares: [f64; 2],
+    /// What relaxation makes of it.
+    pub(super) relaxation: Option<&'a Relaxation>,
 }
 
 impl Stress for Change<'_> {
@@ -158,7 +164,9 @@ impl Stress for Change<'_> {
         let at_lanes = (self.tiles, at.tile, at.lane);
         let State { mixed, .. } = self.state;
         self.materials.tangents(at_lanes, S::F64_LANES, [&f, &df], self.shares, mixed, &mut change);
-        change.load(at.simd)
+        let change = change.load(at.simd);
+        self.relaxation
+            .map_or(change, |relaxation| relaxation.general(at, &change, &(*gradient * self.shares[0])))
     }
 }
 

@@ -4,6 +4,7 @@ use super::constants::{Constants, Local, scatter};
 use super::correction::{Correction, ForceField, GENERAL, GradientField, PLACES, ROW, SYM, SYMMETRIC};
 use super::hourglass::Memory;
 use super::materials::Materials;
+use super::relaxation::Relaxed;
 use super::stress::{Gradients, Hooke, HookeByPlace, Stress, StressSweep};
 use super::{Solid, Workspace};
 use crate::ops::{self, PAIR_COMPONENTS, Pointwise, Results, Side};
@@ -344,7 +345,7 @@ impl Solid {
 
     /// Runs a sweep of `pointwise`, which is made of the body, over the field that was spread; its results go to the tiled field
     /// `pair`. Only for the hourglass term (`hourglass`) what it remembers is summed.
-    fn sweep<'a, P: Pointwise>(
+    pub(super) fn sweep<'a, P: Pointwise>(
         &'a mut self,
         hourglass: bool,
         pointwise: impl FnOnce(&'a Tiles, Body<'a>) -> P,
@@ -410,21 +411,26 @@ impl Solid {
         self.sweep(true, sweep).stress
     }
 
-    /// [`Self::stress_sweep`] with P of linear laws.
-    pub(super) fn linear_stress_sweep(&mut self) {
-        let (hourglass, materials) = (self.hourglass, Arc::clone(&self.materials));
+    /// [`Self::stress_sweep`] with P of linear laws, or with its change: what has relaxed is then left out (`whole` is false).
+    pub(super) fn linear_stress_sweep(&mut self, whole: bool) {
+        let materials = Arc::clone(&self.materials);
         match materials.places() {
-            None => {
-                let stress = Hooke::new(materials.first_stiffness());
-                let modulus = None;
-                self.sweep(true, |_, body| StressSweep::<_, SYMMETRIC> { body, hourglass, modulus, stress });
-            }
-            Some(places) => {
-                let stress = HookeByPlace(places);
-                let modulus = Some(&places.modulus[..]);
-                self.sweep(true, |_, body| StressSweep::<_, SYMMETRIC> { body, hourglass, modulus, stress });
-            }
+            None => self.hooke_sweep(Hooke::new(materials.first_stiffness()), None, whole),
+            Some(places) => self.hooke_sweep(HookeByPlace(places), Some(&places.modulus), whole),
         }
+    }
+
+    /// [`Self::linear_stress_sweep`] of a stress without relaxation.
+    fn hooke_sweep(&mut self, stress: impl Stress, modulus: Option<&[Tile]>, whole: bool) {
+        let hourglass = self.hourglass;
+        let relaxation = self.relaxation.take();
+        if let Some(relaxation) = &relaxation {
+            let stress = Relaxed { stress, relaxation, whole };
+            self.sweep(true, |_, body| StressSweep::<_, SYMMETRIC> { body, hourglass, modulus, stress });
+        } else {
+            self.sweep(true, |_, body| StressSweep::<_, SYMMETRIC> { body, hourglass, modulus, stress });
+        }
+        self.relaxation = relaxation;
     }
 
     /// From T_a and V P to the sums of the second sweep, the adjoint of the gradient.

@@ -59,7 +59,8 @@ impl FluidBesideSolid {
         let wave_speed = (setting.elasticity / setting.solid_density).sqrt();
         let [wave, viscous] = dynamics.step_limits(COMPRESSED * h);
         let kappa = 4.0 * (wave_speed / dxi).powi(2);
-        let limit = StepLimit { kappa, dt: wave.min(viscous), wave, viscous: viscous < wave };
+        let limit =
+            StepLimit { kappa, fastest_decay: 0.0, dt: wave.min(viscous), wave, viscous: viscous < wave };
         let (mut dt, notes) = choose_step(setup, &limit, None)?;
         if setup.time_step == TimeStep::Auto {
             dt = dt.min(COURANT * dxi / wave_speed);

@@ -31,6 +31,37 @@ const SAME_FACE: f64 = 0.866;
 /// Tolerance of regions for vertices of the zero level set, in spacings.
 const TOLERANCE: f64 = 0.1;
 
+/// What relaxation makes of the stress at a vertex: factor of that of the law, and what is then taken off it.
+type Relaxed = (f64, SymTensor);
+
+/// A law that has relaxed: P = beta P^e - F K.
+#[derive(Debug)]
+struct RelaxedLaw<'a> {
+    law: &'a dyn FiniteStrain,
+    factor: f64,
+    relaxed: Mat3,
+}
+
+impl FiniteStrain for RelaxedLaw<'_> {
+    /// beta W - K : E.
+    fn energy(&self, f: &Mat3) -> f64 {
+        let strain = 0.5 * (f.transpose() * f - Mat3::identity());
+        self.factor * self.law.energy(f) - self.relaxed.dot(&strain)
+    }
+
+    fn first_piola(&self, f: &Mat3) -> Mat3 {
+        self.law.first_piola(f) * self.factor - f * self.relaxed
+    }
+
+    fn tangent(&self, f: &Mat3, df: &Mat3) -> Mat3 {
+        self.law.tangent(f, df) * self.factor - df * self.relaxed
+    }
+
+    fn viscous_piola(&self, f: &Mat3, f_rate: &Mat3) -> Mat3 {
+        self.law.viscous_piola(f, f_rate)
+    }
+}
+
 /// The vertices of the undeformed surface, as readings want them.
 #[derive(Clone, Debug)]
 pub(super) struct SurfaceReading {
@@ -156,15 +187,16 @@ impl SurfaceReading {
     }
 
     /// Strain and stress of every vertex at time `t`, from the displacement u of the particles and u + T v with the longest T. The traction
-    /// is not known near particles that are `pushed` by forces from outside (nothing: there are none).
+    /// is not known near particles that are `pushed` by forces from outside (nothing: there are none). `relaxed_stress` says of a vertex
+    /// and its material what relaxation makes of the stress.
     pub fn read(
         &self,
         loading: &Loading<'_>,
         (cloud, fits): (&Cloud<'_>, &[GradientFit]),
         pushed: &[bool],
         t: f64,
-        u: impl Fn(usize) -> Vec3 + Sync,
-        effective: impl Fn(usize) -> Vec3 + Sync,
+        relaxed_stress: impl Fn(usize, &dyn Material) -> Option<Relaxed> + Sync,
+        (u, effective): (impl Fn(usize) -> Vec3 + Sync, impl Fn(usize) -> Vec3 + Sync),
     ) -> Vec<VertexStrain> {
         let longest = loading.solid.relaxation_time();
         let tractions = Tractions::new(loading);
@@ -179,10 +211,12 @@ impl SurfaceReading {
             let g = cloud.gradient(fit, &u);
             let rate =
                 if longest > 0.0 { (cloud.gradient(fit, &effective) - g) / longest } else { Mat3::zeros() };
+            let (beta, k) = relaxed_stress(i, material).unwrap_or((1.0, SymTensor::default()));
             let stiffness = match material.law() {
-                Law::Linear(stiffness) => stiffness * factor,
+                Law::Linear(stiffness) => stiffness * (beta * factor),
                 Law::FiniteStrain(law) => {
                     let law = Scaled { law, factor };
+                    let law = RelaxedLaw { law: &law, factor: beta, relaxed: k.to_matrix() };
                     // The area that a fit gives the surface stays, whatever changes across it.
                     let traction = now(&(Mat3::identity() + g));
                     let f = with_nominal_traction(&law, (&vertex.normal, &free), &g, &rate, &traction);
@@ -197,14 +231,15 @@ impl SurfaceReading {
             let gradient_of =
                 |g: Mat3, traction: Vec3| with_traction(&stiffness, (&vertex.normal, &free), &g, &traction);
             let settled = self.left(i, t, relaxation_time)
-                + tractions.at(vertex, &relaxed[self.number(i)], &Mat3::identity());
+                + tractions.at(vertex, &relaxed[self.number(i)], &Mat3::identity())
+                + k.dot(&vertex.normal);
             let gradient = gradient_of(g, settled);
             let strain = SymTensor::symmetric_part(&gradient);
             let stress = if relaxation_time > 0.0 {
                 let effective = gradient_of(g + rate * relaxation_time, now(&Mat3::identity()));
                 stiffness.stress(SymTensor::symmetric_part(&effective))
             } else {
-                stiffness.stress(strain)
+                stiffness.stress(strain) - k
             };
             let deformation = Mat3::identity() + gradient;
             let local = LocalState { deformation, strain, stress, is_small_strain: true };
