@@ -30,6 +30,7 @@ pub fn liver(particles: usize, solver: Solver, scheme: Scheme) -> Simulation {
             Arc::new(organ("liver").expect("an organ")),
             Resolution::Particles(particles),
             SolidSetup {
+                foundations: Vec::new(),
                 material: Arc::new(KelvinVoigt::new(1000.0, 1e5, 0.3, 0.2).expect("liver")),
                 boundaries: vec![Boundary { name: None, region: held, fix: Fix::ALL, motion: None }],
                 loads: vec![press(0, 270.0)],

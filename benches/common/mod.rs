@@ -44,6 +44,7 @@ fn cube_of(n: usize, solver: Solver, material: Arc<dyn Material>, remesh: Remesh
             Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).expect("a unit cube")),
             Resolution::Spacing(1.0 / n as f64),
             SolidSetup {
+                foundations: Vec::new(),
                 material,
                 boundaries: vec![Boundary {
                     name: None,

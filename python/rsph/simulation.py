@@ -15,7 +15,7 @@ import numpy.typing as npt
 from rsph import _rsph
 from rsph._progress import Progress
 from rsph._scenario import Table, plain, scenario, toml, without_none
-from rsph.boundaries import Boundary
+from rsph.boundaries import Boundary, Foundation
 from rsph.errors import InputError, RsphWarning
 from rsph.fields import Field, function_of, table_of
 from rsph.loads import Custom, Function, Load
@@ -118,6 +118,7 @@ class Simulation:
         particles: number of particles (about); the spacing is found from it.
         material: what the body is made of.
         boundaries: parts that are held or moved.
+        foundations: springs between parts of the surface and the surroundings.
         loads: what pushes or pulls; at most one of them a :class:`rsph.loads.Custom`.
         probes: named readings, for :meth:`probes` and the history.
         initial_velocity: a constant vector (m/s), a field of :mod:`rsph.fields`, or a function of
@@ -154,6 +155,7 @@ class Simulation:
         spacing: float | None = None,
         particles: int | None = None,
         boundaries: Sequence[Boundary] = (),
+        foundations: Sequence[Foundation] = (),
         loads: Sequence[Load | Custom] = (),
         probes: Sequence[Probe] = (),
         initial_velocity: Field | None = None,
@@ -194,6 +196,7 @@ class Simulation:
                 displacement=table_of("initial.displacement", initial_displacement),
             ),
             boundary=[b._as_table() for b in _list(boundaries, Boundary, "boundaries")],
+            foundation=[f._as_table() for f in _list(foundations, Foundation, "foundations")],
             load=[load._as_table() for load in given if isinstance(load, Load)],
             probe=[probe._as_table() for probe in _list(probes, Probe, "probes")],
             solver=without_none(formulation=formulation, smoothing=smoothing, hourglass=hourglass),

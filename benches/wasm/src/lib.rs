@@ -56,6 +56,6 @@ fn liver(particles: usize) -> Option<Simulation> {
         radius: Some(0.037),
         direction: -Vec3::y(),
     };
-    Simulation::new(Setup { solver: Solver::ACCURATE, integration: Integration { scheme: Scheme::Rk4, ..Integration::default() }, ..Setup::new(Arc::new(organ("liver").ok()?), Resolution::Particles(particles), SolidSetup { material: Arc::new(KelvinVoigt::new(1000.0, 1e5, 0.3, 0.2).ok()?), boundaries: vec![Boundary { name: None, region: held, fix: Fix::ALL, motion: None }], loads: vec![Load { kind: patch, curve: Curve::default() }] }) })
+    Simulation::new(Setup { solver: Solver::ACCURATE, integration: Integration { scheme: Scheme::Rk4, ..Integration::default() }, ..Setup::new(Arc::new(organ("liver").ok()?), Resolution::Particles(particles), SolidSetup { material: Arc::new(KelvinVoigt::new(1000.0, 1e5, 0.3, 0.2).ok()?), boundaries: vec![Boundary { name: None, region: held, fix: Fix::ALL, motion: None }], loads: vec![Load { kind: patch, curve: Curve::default() }], foundations: Vec::new() }) })
     .ok()
 }

@@ -47,6 +47,7 @@ fn a_step_does_not_allocate() {
             Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap()),
             Resolution::Particles(1000),
             SolidSetup {
+                foundations: Vec::new(),
                 material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.3, 0.2).unwrap()),
                 boundaries: vec![Boundary {
                     name: None,

@@ -28,6 +28,7 @@ fn free_cube(initial: Initial, loads: Vec<Load>) -> Simulation {
             Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap()),
             Resolution::Particles(216),
             SolidSetup {
+                foundations: Vec::new(),
                 material: Arc::new(KelvinVoigt::new(2.0, 100.0, 0.3, 0.2).unwrap()),
                 boundaries: Vec::new(),
                 loads,

@@ -37,6 +37,7 @@ fn setup(
             shape,
             Resolution::Spacing(spacing),
             SolidSetup {
+                foundations: Vec::new(),
                 material: Arc::new(material),
                 boundaries: vec![symmetry(Axis::X), symmetry(Axis::Y), symmetry(Axis::Z)],
                 loads: vec![Load { kind: LoadKind::FollowerPressure { region, pressure }, curve }],

@@ -33,6 +33,7 @@ fn cube(scheme: Scheme, step: TimeStep) -> Setup<SolidSetup> {
             Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap()),
             Resolution::Particles(343),
             SolidSetup {
+                foundations: Vec::new(),
                 material: Arc::new(KelvinVoigt::new(1.0, 100.0, 0.0, 0.2).unwrap()),
                 boundaries: vec![Boundary {
                     name: None,

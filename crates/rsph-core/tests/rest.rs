@@ -29,6 +29,7 @@ fn turned_cube(n: usize, nu: f64, load: f64) -> Simulation {
             Arc::new(MeshShape::new(&mesh, "turned").unwrap().0),
             Resolution::Spacing(1.0 / n as f64),
             SolidSetup {
+                foundations: Vec::new(),
                 material: Arc::new(NeoHookean::new(1.0, 10.0, nu, 0.0).unwrap()),
                 boundaries: vec![Boundary {
                     name: None,
@@ -88,6 +89,7 @@ fn a_rod_bends_far_without_false_strain() {
                 Arc::new(BoxShape::new(Vec3::new(length, edge, edge), Vec3::zeros()).unwrap()),
                 Resolution::Spacing(edge / 6.0),
                 SolidSetup {
+                    foundations: Vec::new(),
                     material: material.unwrap(),
                     boundaries: vec![Boundary {
                         name: None,

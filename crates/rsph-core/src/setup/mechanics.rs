@@ -1,6 +1,6 @@
 //! What moves the particles, and remeshing.
 
-use super::{Boundary, InteractionSetting, Load};
+use super::{Boundary, Foundation, InteractionSetting, Load};
 use crate::flow::Flow;
 use crate::kernel::RemeshKernel;
 use crate::material::Material;
@@ -26,12 +26,14 @@ pub struct SolidSetup {
     pub boundaries: Vec<Boundary>,
     /// What pushes.
     pub loads: Vec<Load>,
+    /// What it rests on.
+    pub foundations: Vec<Foundation>,
 }
 
 impl SolidSetup {
     /// A free body.
     pub fn new(material: Arc<dyn Material>) -> Self {
-        Self { material, boundaries: Vec::new(), loads: Vec::new() }
+        Self { material, boundaries: Vec::new(), loads: Vec::new(), foundations: Vec::new() }
     }
 
     /// The next moment after time `t` that a time step of about `dt` should not pass over, for what loads and motions do

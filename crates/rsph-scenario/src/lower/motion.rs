@@ -75,7 +75,8 @@ fn solid(doc: &Document, tables: &Scenario) -> Result<SolidSetup, ScenarioError>
             load.curve = Curve::ramp(0.0, tables.time.until);
         }
     }
-    Ok(SolidSetup { material, boundaries, loads })
+    let foundations = parts::foundations(doc, &tables.foundation)?;
+    Ok(SolidSetup { material, boundaries, loads, foundations })
 }
 
 /// A body that moves as told.
@@ -85,6 +86,7 @@ fn prescription(doc: &Document, tables: &Scenario) -> Result<Prescription, Scena
         ("initial", tables.initial.displacement.is_some() || tables.initial.velocity.is_some()),
         ("boundary", !tables.boundary.is_empty()),
         ("load", !tables.load.is_empty()),
+        ("foundation", !tables.foundation.is_empty()),
     ] {
         if there {
             return Err(doc.error(
@@ -123,7 +125,8 @@ fn interaction(doc: &Document, tables: &Scenario) -> Result<InteractionSetting, 
             ));
         }
     }
-    for (key, there) in [("boundary", !tables.boundary.is_empty()), ("load", !tables.load.is_empty())] {
+    let (held, rests) = (!tables.boundary.is_empty(), !tables.foundation.is_empty());
+    for (key, there) in [("boundary", held), ("foundation", rests), ("load", !tables.load.is_empty())] {
         if there {
             return Err(doc.error(
                 &KeyPath::from(key),

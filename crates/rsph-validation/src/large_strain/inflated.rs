@@ -66,6 +66,7 @@ fn wall(what: &str, (nu, pressure, outer, hoops): &Exact, rows: &mut Vec<Row>) -
     setup.resolution = Resolution::Spacing(spacing);
     setup.solver = Solver::ACCURATE;
     setup.mechanics = SolidSetup {
+        foundations: Vec::new(),
         material: Arc::new(NeoHookean::new(1.0, 10.0, *nu, 0.0).map_err(|e| e.to_string())?),
         boundaries,
         loads: vec![Load {

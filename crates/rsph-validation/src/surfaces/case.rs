@@ -47,6 +47,7 @@ impl Case {
                 shape,
                 Resolution::Spacing(spacing),
                 SolidSetup {
+                    foundations: Vec::new(),
                     material: Arc::new(KelvinVoigt::new(1.0, YOUNG, nu, 0.0).map_err(|e| e.to_string())?),
                     boundaries,
                     loads: loads.into_iter().map(load).collect(),
