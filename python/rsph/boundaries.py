@@ -10,7 +10,7 @@ from rsph._scenario import Table, Vector, check, vector, without_none
 from rsph.loads import Curve
 from rsph.regions import Region
 
-__all__ = ["Boundary", "Clamp", "Follow", "Oscillation", "Prescribed", "RampTo"]
+__all__ = ["Boundary", "Clamp", "Follow", "Foundation", "Oscillation", "Prescribed", "RampTo"]
 
 Component: TypeAlias = Literal["x", "y", "z", "normal"]
 
@@ -136,3 +136,36 @@ class Prescribed(Boundary):
     def _as_table(self) -> Table:
         table = super()._as_table() | {"kind": "prescribed"}
         return table | {"motion": self.motion._as_table()}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Foundation:
+    """Springs between a part of the surface and surroundings that do not move.
+
+    The force per area on the body is ``-(normal n n^T + tangential (1 - n n^T)) u`` with the normal
+    n of the undeformed surface. In motion the springs are damped as the material of the body is.
+
+    >>> import rsph
+    >>> bed = rsph.regions.plane(axis="z", at=0.0, side="below")
+    >>> Foundation(region=bed, normal=1e5).tangential
+    0.0
+
+    Args:
+        region: where on the surface.
+        normal: stiffness along the normal (Pa/m).
+        tangential: stiffness across the normal (Pa/m).
+    """
+
+    region: Region
+    normal: float = 0.0
+    tangential: float = 0.0
+
+    def __post_init__(self) -> None:
+        check("foundation", foundation=[self._as_table()])
+
+    def _as_table(self) -> Table:
+        return {
+            "region": self.region._table,
+            "normal": self.normal,
+            "tangential": self.tangential,
+        }

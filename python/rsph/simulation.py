@@ -15,7 +15,7 @@ import numpy.typing as npt
 from rsph import _rsph
 from rsph._progress import Progress
 from rsph._scenario import Table, plain, scenario, toml, without_none
-from rsph.boundaries import Boundary
+from rsph.boundaries import Boundary, Foundation
 from rsph.errors import InputError, RsphWarning
 from rsph.fields import Field, function_of, table_of
 from rsph.loads import Custom, Function, Load
@@ -119,6 +119,7 @@ class Simulation:
         material: what the body is made of; for a body of several materials a list of them, with
             :class:`rsph.materials.Part` saying where each is.
         boundaries: parts that are held or moved.
+        foundations: springs between parts of the surface and the surroundings.
         loads: what pushes or pulls; at most one of them a :class:`rsph.loads.Custom`.
         probes: named readings, for :meth:`probes` and the history.
         gauges: strain gauges, whose readings follow those of the probes.
@@ -158,6 +159,7 @@ class Simulation:
         spacing: float | None = None,
         particles: int | None = None,
         boundaries: Sequence[Boundary] = (),
+        foundations: Sequence[Foundation] = (),
         loads: Sequence[Load | Custom] = (),
         probes: Sequence[Probe] = (),
         gauges: Sequence[Gauge] = (),
@@ -200,6 +202,7 @@ class Simulation:
                 displacement=table_of("initial.displacement", initial_displacement),
             ),
             boundary=[b._as_table() for b in _list(boundaries, Boundary, "boundaries")],
+            foundation=[f._as_table() for f in _list(foundations, Foundation, "foundations")],
             load=[load._as_table() for load in given if isinstance(load, Load)],
             probe=[probe._as_table() for probe in _list(probes, Probe, "probes")],
             gauge=[gauge._as_table() for gauge in _list(gauges, Gauge, "gauges")],

@@ -47,6 +47,11 @@ CASES = {
             displacement=(0, 0, 1), curve=loads.Curve(time=[0.0], value=[1.0])
         ),
     ),
+    "foundation.normal": lambda: boundaries.Foundation(region=BOTTOM, normal="soft"),
+    "foundation[0].tangential": lambda: cube(
+        foundations=[boundaries.Foundation(region=BOTTOM, tangential=-1.0)]
+    ),
+    "foundations[0]": lambda: cube(foundations=[boundaries.Clamp(region=BOTTOM)]),
     "load.traction": lambda: loads.Traction(region=BOTTOM, traction="up"),
     "load.radius": lambda: loads.Patch(pressure=1, centre=(0, 0, 0), direction=(0, 1, 0), radius=0),
     "probe.quantity": lambda: rsph.Probe(name="p", quantity="displacment", region=BOTTOM),

@@ -48,6 +48,18 @@ def test_a_free_beam_starts_in_its_mode():
     assert np.abs(turning[x < 0.4]).max() > 0
 
 
+def test_a_block_on_springs_sinks_by_its_weight_over_their_stiffness():
+    bed = rsph.boundaries.Foundation(region=BOTTOM, normal=5.0, tangential=1.0)
+    sim = cube(
+        material=material(young_modulus=1e5),
+        foundations=[bed],
+        loads=[rsph.loads.BodyForce(acceleration=(0, 0, -0.3))],
+    )
+    found = sim.solve_static()
+    np.testing.assert_allclose(sim.snapshot().displacement, [[0, 0, -0.06]] * 125, atol=1e-5)
+    np.testing.assert_allclose(found.reaction, (0, 0, 0.3), atol=1e-5)
+
+
 def series(t, stiffness=100.0, relaxation=0.2):
     """End displacement of a bar of length 1 and density 1 under a sudden traction of 1."""
     k = (np.arange(400) + 0.5) * np.pi

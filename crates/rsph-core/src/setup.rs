@@ -149,6 +149,18 @@ pub struct Boundary {
     pub motion: Option<Motion>,
 }
 
+/// Springs between a part of the surface and surroundings that do not move: the force per area on the body is
+/// -(normal n n^T + tangential (1 - n n^T)) u, with the normal n of the undeformed surface.
+#[derive(Clone, Debug)]
+pub struct Foundation {
+    /// Where on the surface.
+    pub region: Region,
+    /// Stiffness along the normal (Pa/m).
+    pub normal: f64,
+    /// Stiffness across the normal (Pa/m).
+    pub tangential: f64,
+}
+
 /// Where a patch load is centred.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PatchCentre {

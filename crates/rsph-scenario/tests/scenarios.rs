@@ -77,6 +77,18 @@ fn loads_and_motions_follow_curves() {
     lower(TENSILE, &["boundary.0.kind=prescribed", motion_text(), step, "solver.mode=static"]).unwrap();
 }
 
+#[test]
+fn foundations_are_springs_of_the_surface() {
+    let bed =
+        r#"foundation=[{ region = { plane = { axis = "z", at = 0.0, side = "below" } }, normal = 1e5 }]"#;
+    let job = lower(TENSILE, &[bed]).unwrap();
+    let foundations = &job.setup.solid().unwrap().foundations;
+    assert_eq!(foundations.len(), 1);
+    assert_eq!((foundations[0].normal, foundations[0].tangential), (1e5, 0.0));
+    let error = lower(TENSILE, &[r#"foundation=[{ region = "all", stiffness = 1e5 }]"#]).unwrap_err();
+    assert!(error.to_string().contains("foundation[0].stiffness"), "{error}");
+}
+
 /// A motion along a curve.
 fn motion_text() -> &'static str {
     "boundary.0.motion={ curve = { displacement = [0, 0, 0.1], time = [0, 2], value = [0, 1] } }"

@@ -1,4 +1,4 @@
-//! Clamps, rollers and moved parts of the surface: the boundary value is lifted into the gradient.
+//! Clamps, rollers, moved parts of the surface and its foundations: the boundary value is lifted into the gradient.
 //!
 //! On a held part D of the surface u = u_D in the components that a projector P leaves. The gradient of particle a gets
 //!
@@ -14,6 +14,7 @@ mod reaction;
 
 use super::constraints::Hold;
 use super::fold::Folds;
+use super::foundation::Springs;
 use super::surface_quadrature::{Cluster, SurfaceQuadrature};
 use crate::setup::Motion;
 use crate::tensor::{Mat3, Vec3};
@@ -29,13 +30,15 @@ const TASK: usize = 32;
 /// Fewest particles in a task that copies their values.
 const GATHER: usize = 1024;
 
-/// A cluster of the surface that is held.
+/// A cluster of the surface that is held or rests on a foundation.
 #[derive(Clone, Debug)]
 struct HeldCluster {
     /// Number of each boundary that holds it, with the projector on what it holds.
     holds: Vec<(usize, Mat3)>,
     /// Projector on all that is held.
     projector: Mat3,
+    /// Springs to the surroundings, in the directions that are free.
+    springs: Vec<Springs>,
     centre: Vec3,
     /// Length h of its monomials.
     h: f64,
@@ -93,7 +96,7 @@ impl Lift {
         young_modulus: impl Fn(usize) -> f64,
         spacing: f64,
     ) -> Self {
-        let is_lifted = |c: &Cluster| !c.held.is_empty() && !c.is_folded(&folds);
+        let is_lifted = |c: &Cluster| !c.springs.is_empty() || !c.held.is_empty() && !c.is_folded(&folds);
         let held: Vec<&Cluster> = surface.clusters.iter().filter(|c| is_lifted(c)).collect();
         let mut number = vec![u32::MAX; surface.clusters.len()];
         let all = surface.clusters.iter().enumerate().filter(|(_, c)| is_lifted(c));
@@ -229,11 +232,11 @@ impl Lift {
             for pair in &by_cluster[cluster.pairs.clone()] {
                 sum += pair.phi * value[pair.other as usize].transpose();
             }
-            *r = -(sum * cluster.projector);
+            *r = -sum;
             let wanted: Vec3 = cluster.holds.iter().map(|(i, projector)| projector * target[*i]).sum();
             let first = r.row(0) + wanted.transpose();
             r.set_row(0, &first);
-            *moment = cluster.mass * *r;
+            *moment = cluster.mass * *r * cluster.projector;
         });
         gradient.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(k, gradient)| {
             *gradient = Mat3::zeros();
@@ -264,7 +267,8 @@ impl Lift {
                 let t = gradient[pair.other as usize] * cluster.normal;
                 traction += pair.phi * t.transpose();
             }
-            *r = cluster.mass * traction * cluster.projector;
+            let springs: Matrix4x3<f64> = cluster.springs.iter().map(|s| s.force(r)).sum();
+            *r = cluster.mass * traction * cluster.projector + springs;
         });
         value.par_iter_mut().enumerate().with_min_len(TASK).for_each(|(k, force)| {
             *force = Vec3::zeros();
@@ -291,12 +295,14 @@ impl Lift {
         })
     }
 
-    /// Energy of the penalty, after [`Lift::lift`].
+    /// Energy of the penalty and of the springs, after [`Lift::lift`].
     pub fn energy(&self) -> f64 {
         let of_cluster = |(cluster, r): (&HeldCluster, &Matrix4x3<f64>)| {
-            0.5 * cluster.penalty * (r.transpose() * cluster.mass * r).trace()
+            let held = (r.transpose() * cluster.mass * r * cluster.projector).trace();
+            let of = |s: &Springs| r.dot(&s.force(r));
+            cluster.penalty * held + cluster.springs.iter().map(of).sum::<f64>()
         };
-        self.clusters.iter().zip(&self.residual).map(of_cluster).sum()
+        0.5 * self.clusters.iter().zip(&self.residual).map(of_cluster).sum::<f64>()
     }
 
     /// Places on held parts with the projector on what is held there and their areas.
@@ -305,14 +311,24 @@ impl Lift {
         self.clusters.iter().map(|c| (c.centre, c.projector, c.area)).chain(folded)
     }
 
-    /// Places on held parts that see a particle for which `belongs` holds, with the projector on what is held there.
+    /// Places on foundations with the stiffness (N/m) of the springs there.
+    pub fn springs(&self) -> impl Iterator<Item = (Vec3, Mat3)> + '_ {
+        self.clusters.iter().flat_map(|c| c.springs.iter().map(|s| (c.centre, s.stiffness)))
+    }
+
+    /// Places on held parts and foundations that see a particle for which `belongs` holds, with the projector on what is held
+    /// there.
     pub fn holds_near(&self, belongs: impl Fn(usize) -> bool + Copy) -> impl Iterator<Item = (Vec3, Mat3)> {
         let sees = move |c: &&HeldCluster| {
             let pairs = &self.by_cluster[c.pairs.clone()];
             pairs.iter().any(|pair| belongs(self.particles[pair.other as usize] as usize))
         };
         let folded = self.folds.places().filter(move |p| belongs(p.0)).map(|(_, x, held, _)| (x, held));
-        self.clusters.iter().filter(sees).map(|c| (c.centre, c.projector)).chain(folded)
+        let held = |c: &HeldCluster| {
+            let by_springs: Mat3 = c.springs.iter().map(|s| s.projector).sum();
+            (c.centre, c.projector + by_springs)
+        };
+        self.clusters.iter().filter(sees).map(held).chain(folded)
     }
 
     /// How the lifted gradient of each particle of volume V answers to a displacement of particle `a`: calls
@@ -326,6 +342,9 @@ impl Lift {
         let Ok(k) = self.particles.binary_search(&(a as u32)) else { return };
         for pair in &self.by_particle[self.starts[k]..self.starts[k + 1]] {
             let cluster = &self.clusters[pair.other as usize];
+            if cluster.holds.is_empty() {
+                continue;
+            }
             let m = cluster.mass * pair.phi;
             for other in &self.by_cluster[cluster.pairs.clone()] {
                 let b = self.particles[other.other as usize] as usize;
@@ -335,7 +354,7 @@ impl Lift {
         }
     }
 
-    /// The penalty's part of the stiffness between the components of particle `a`.
+    /// The part of penalty and springs in the stiffness between the components of particle `a`.
     pub fn penalty_block(&self, a: usize) -> Mat3 {
         let Ok(k) = self.particles.binary_search(&(a as u32)) else { return Mat3::zeros() };
         self.by_particle[self.starts[k]..self.starts[k + 1]]
@@ -343,7 +362,8 @@ impl Lift {
             .map(|pair| {
                 let cluster = &self.clusters[pair.other as usize];
                 let stiffness = cluster.penalty * pair.phi.dot(&(cluster.mass * pair.phi));
-                cluster.projector * stiffness
+                let springs: Mat3 = cluster.springs.iter().map(|s| s.block(&pair.phi)).sum();
+                cluster.projector * stiffness + springs
             })
             .sum()
     }
@@ -362,6 +382,7 @@ fn held_cluster(surface: &SurfaceQuadrature, cluster: &Cluster, pairs: Range<usi
     HeldCluster {
         projector: cluster.projector(),
         holds: cluster.held.clone(),
+        springs: cluster.springs.iter().map(|(_, springs)| *springs).collect(),
         centre: cluster.centre,
         h: cluster.h,
         area,

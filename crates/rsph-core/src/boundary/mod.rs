@@ -7,6 +7,7 @@ pub mod flat_face;
 pub mod fold;
 pub mod follower;
 pub mod force_sums;
+pub mod foundation;
 pub mod lift;
 pub mod load;
 pub mod nodal_load;

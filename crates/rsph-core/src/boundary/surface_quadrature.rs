@@ -9,11 +9,13 @@
 
 use super::constraints::{Hold, projectors};
 use super::fold::{Doubled, Folds};
+use super::foundation::Springs;
 use super::surface_load::{Panel, SurfacePoint, Traction, for_each_panel, three_points};
 use crate::lattice::reflection;
 use crate::mesh::TriangleMesh;
 use crate::mls::LinearFit;
 use crate::particles::Column;
+use crate::setup::Foundation;
 use crate::tensor::{Mat3, Vec3};
 use nalgebra::{Matrix4, Matrix4x3, Vector4};
 use rayon::prelude::*;
@@ -55,6 +57,8 @@ pub(super) struct Cluster {
     pub(super) normal: Vec3,
     /// Number of each boundary that holds it, with the projector on what it holds; none where it is free.
     pub(super) held: Vec<(usize, Mat3)>,
+    /// Elastic foundations that it rests on, with their numbers.
+    pub(super) springs: Vec<(usize, Springs)>,
 }
 
 impl Cluster {
@@ -194,7 +198,10 @@ impl SurfaceQuadrature {
                 let held = held.map_or_else(Vec::new, |set| projectors(holds, set, &normal));
                 let without_images = without_images(&fit, &doubled.positions, count);
                 let LinearFit { centre, h, inverse, weights } = fit;
-                (Cluster { panels, centre, h, inverse, without_images, normal, held }, weights)
+                (
+                    Cluster { panels, centre, h, inverse, without_images, normal, held, springs: Vec::new() },
+                    weights,
+                )
             })
             .unzip();
         let images = doubled.images.iter();
@@ -206,6 +213,25 @@ impl SurfaceQuadrature {
             count,
             images: images.map(|(a, set)| (*a, doubled.signs[*set as usize], reflection(*set))).collect(),
         }
+    }
+
+    /// The same surface on those foundations, whose regions are enlarged by `tolerance`; folds hold where they are.
+    #[must_use]
+    pub fn on_foundations(mut self, foundations: &[Foundation], tolerance: f64, folds: &Folds) -> Self {
+        let mut clusters = std::mem::take(&mut self.clusters);
+        for cluster in clusters.iter_mut().filter(|cluster| !cluster.is_folded(folds)) {
+            for (i, foundation) in foundations.iter().enumerate() {
+                let springs = foundation.on(&self, cluster, tolerance);
+                cluster.springs.extend(springs.map(|springs| (i, springs)));
+            }
+        }
+        self.clusters = clusters;
+        self
+    }
+
+    /// Whether any of the surface rests on that foundation.
+    pub fn rests_on(&self, foundation: usize) -> bool {
+        self.clusters.iter().flat_map(|cluster| &cluster.springs).any(|(i, _)| *i == foundation)
     }
 
     /// int w_a n dS over the whole surface but `folds`, component by component: the area vectors that the surface wants of

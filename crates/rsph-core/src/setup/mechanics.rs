@@ -1,6 +1,6 @@
 //! What moves the particles, and remeshing.
 
-use super::{Boundary, InteractionSetting, Load, MaterialPart, ModulusField};
+use super::{Boundary, Foundation, InteractionSetting, Load, MaterialPart, ModulusField};
 use crate::flow::Flow;
 use crate::kernel::RemeshKernel;
 use crate::material::Material;
@@ -32,14 +32,16 @@ pub struct SolidSetup {
     pub boundaries: Vec<Boundary>,
     /// What pushes.
     pub loads: Vec<Load>,
+    /// What it rests on.
+    pub foundations: Vec<Foundation>,
 }
 
 impl SolidSetup {
     /// A free body.
     pub fn new(material: Arc<dyn Material>) -> Self {
         let material_name = material.name().to_owned();
-        let (parts, boundaries, loads) = (Vec::new(), Vec::new(), Vec::new());
-        Self { material, material_name, modulus: None, parts, boundaries, loads }
+        let (parts, boundaries, loads, foundations) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { material, material_name, modulus: None, parts, boundaries, loads, foundations }
     }
 
     /// All materials, that of the rest of the body first.

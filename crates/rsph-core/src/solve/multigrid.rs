@@ -251,18 +251,19 @@ fn first_level(solid: &Solid, transfer: &Transfer) -> Level {
             held
         })
         .collect();
-    // Held faces are springs on the nodes around them.
+    // Held faces and foundations are springs on the nodes around them.
     let mut springs = vec![Vec::new(); nodes];
     let stiffness_of_hold = HOLD * solid.materials.young_modulus() / solid.lattice.spacing;
     let slot_of = |node: u32, other: u32| {
         let place = |node: u32| transfer.nodes.coordinates[node as usize];
         slot(std::array::from_fn(|i| place(other)[i] - place(node)[i]))
     };
-    for (x, projector, area) in solid.lift.places() {
+    let holds = solid.lift.places().map(|(x, held, area)| (x, held * (stiffness_of_hold * area)));
+    for (x, stiffness) in holds.chain(solid.lift.springs()) {
         let Some(corners) = transfer.corners_at(solid, &x) else { continue };
         for (m, weight) in corners {
             for (n, other) in corners {
-                let spring = projector * (stiffness_of_hold * area * weight * other);
+                let spring = stiffness * (weight * other);
                 springs[m as usize].push((slot_of(m, n), n, spring));
             }
         }

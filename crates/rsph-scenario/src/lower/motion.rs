@@ -84,6 +84,7 @@ fn solid(doc: &Document, tables: &Scenario, folder: Option<&Path>) -> Result<Sol
         }
     }
     (solid.boundaries, solid.loads) = (boundaries, loads);
+    solid.foundations = parts::foundations(doc, &tables.foundation)?;
     Ok(solid)
 }
 
@@ -94,6 +95,7 @@ fn prescription(doc: &Document, tables: &Scenario) -> Result<Prescription, Scena
         ("initial", tables.initial.displacement.is_some() || tables.initial.velocity.is_some()),
         ("boundary", !tables.boundary.is_empty()),
         ("load", !tables.load.is_empty()),
+        ("foundation", !tables.foundation.is_empty()),
     ] {
         if there {
             return Err(doc.error(
@@ -135,7 +137,8 @@ fn interaction(doc: &Document, tables: &Scenario) -> Result<InteractionSetting, 
             ));
         }
     }
-    for (key, there) in [("boundary", !tables.boundary.is_empty()), ("load", !tables.load.is_empty())] {
+    let (held, rests) = (!tables.boundary.is_empty(), !tables.foundation.is_empty());
+    for (key, there) in [("boundary", held), ("foundation", rests), ("load", !tables.load.is_empty())] {
         if there {
             return Err(doc.error(
                 &KeyPath::from(key),

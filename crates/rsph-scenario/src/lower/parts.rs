@@ -4,12 +4,12 @@ use super::checks::{direction, positive};
 use super::probes::name;
 use super::surface_part::surface_part;
 use crate::scenario::{
-    BoundaryKind, BoundaryTable, CentreValue, ComponentName, CurveKindName, Document, FieldTable, KeyPath,
-    LoadKindName, LoadTable, MotionTable, RegionTable, ScenarioError,
+    BoundaryKind, BoundaryTable, CentreValue, ComponentName, CurveKindName, Document, FieldTable,
+    FoundationTable, KeyPath, LoadKindName, LoadTable, MotionTable, RegionTable, ScenarioError,
 };
 use rsph_core::region::Region;
 use rsph_core::setup::{
-    Between, Boundary, BoundaryName, Curve, Fix, Load, LoadKind, Motion, PatchCentre, VectorField,
+    Between, Boundary, BoundaryName, Curve, Fix, Foundation, Load, LoadKind, Motion, PatchCentre, VectorField,
 };
 use rsph_core::tensor::{Mat3, Vec3};
 use rsph_core::vector_field::FreeBeamMode;
@@ -202,6 +202,16 @@ pub fn refuse_jumps(doc: &Document, boundaries: &[Boundary]) -> Result<(), Scena
         }
     }
     Ok(())
+}
+
+/// All `[[foundation]]` entries.
+pub fn foundations(doc: &Document, tables: &[FoundationTable]) -> Result<Vec<Foundation>, ScenarioError> {
+    let path = KeyPath::from("foundation");
+    let of = |(i, table): (usize, &FoundationTable)| {
+        let region = region(doc, &path.index(i).key("region"), &table.region)?;
+        Ok(Foundation { region, normal: table.normal, tangential: table.tangential })
+    };
+    tables.iter().enumerate().map(of).collect()
 }
 
 /// All `[[load]]` entries.

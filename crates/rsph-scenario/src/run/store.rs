@@ -118,6 +118,13 @@ fn parameters(start: &RunStart<'_>) -> Vec<Parameter> {
     rows.extend(remeshing(setup));
     let loads = setup.solid().map_or(&[][..], |solid| &solid.loads);
     rows.extend(loads.iter().map(size));
+    let foundations = setup.solid().map_or(&[][..], |solid| &solid.foundations);
+    rows.extend(foundations.iter().flat_map(|foundation| {
+        [
+            Parameter::number("foundation, along the normal", foundation.normal, "Pa/m"),
+            Parameter::number("foundation, across it", foundation.tangential, "Pa/m"),
+        ]
+    }));
     rows
 }
 

@@ -56,6 +56,22 @@ pub enum BoundaryKind {
     Prescribed,
 }
 
+/// Springs between a part of the surface and its surroundings.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FoundationTable {
+    /// Where on the surface.
+    pub region: RegionTable,
+    /// Stiffness along the normal of the undeformed surface (Pa/m). Default: 0.
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub normal: f64,
+    /// Stiffness across that normal (Pa/m). Default: 0.
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub tangential: f64,
+}
+
 /// A motion in time.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]

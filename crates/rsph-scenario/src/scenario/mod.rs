@@ -25,8 +25,8 @@ pub(crate) use explain::{remedy_at, suggestion};
 pub use keypath::KeyPath;
 pub use label_map::{AxesName, LabelMapTable, LabelMapValue};
 pub use loads::{
-    BoundaryKind, BoundaryTable, ComponentName, CurveKindName, CurveTable, LoadKindName, LoadTable,
-    MotionTable, RampTable,
+    BoundaryKind, BoundaryTable, ComponentName, CurveKindName, CurveTable, FoundationTable, LoadKindName,
+    LoadTable, MotionTable, RampTable,
 };
 pub use material::{MaterialTable, MaterialTables, ModulusTable};
 pub use part::{Names, PartTable, PartValue};

@@ -2,7 +2,7 @@
 
 use super::dynamics::{DynamicsTable, RemeshTable};
 use super::label_map::LabelMapValue;
-use super::loads::{BoundaryTable, LoadTable};
+use super::loads::{BoundaryTable, FoundationTable, LoadTable};
 use super::material::MaterialTables;
 use super::region::{AxisName, RegionTable};
 use super::values::TimeStepValue;
@@ -36,6 +36,9 @@ pub struct Scenario {
     /// Parts of the body that are held or moved.
     #[serde(default)]
     pub boundary: Vec<BoundaryTable>,
+    /// Springs between parts of the surface and the surroundings.
+    #[serde(default)]
+    pub foundation: Vec<FoundationTable>,
     /// What pushes or pulls the body.
     #[serde(default)]
     pub load: Vec<LoadTable>,

@@ -5,6 +5,7 @@ use super::held::Held;
 use super::materials::compositions;
 use crate::boundary::flat_face::{self, Faces};
 use crate::boundary::fold::Folds;
+use crate::boundary::foundation;
 use crate::boundary::load::{LoadedBody, nodal_loads};
 use crate::boundary::nodal_load::NodalLoad;
 use crate::boundary::surface_quadrature::{LoadedParticles, SurfaceQuadrature};
@@ -21,6 +22,9 @@ use crate::setup::{Load, LoadKind, Setup, SolidSetup};
 use crate::tensor::Vec3;
 use rayon::prelude::*;
 use std::sync::Arc;
+
+/// Tolerance of regions on the surface, in spacings.
+const TOLERANCE: f64 = 1e-3;
 
 /// Particles at the nodes of a lattice.
 #[derive(Clone, Debug)]
@@ -138,6 +142,7 @@ impl LatticeParticles {
         let particles = LoadedParticles { particles: &particles, fits: &fits };
         let held_at = |x: &Vec3, n: &Vec3| held.held_at(x, n);
         SurfaceQuadrature::new(surface, setup.shape.dimension(), spacing, &particles, held.holds(), &held_at)
+            .on_foundations(&setup.mechanics.foundations, TOLERANCE * spacing, folds)
     }
 
     /// The loads on the particles of `solid`.
@@ -167,7 +172,7 @@ impl LatticeParticles {
             mass: &solid.mass,
             positions: &positions,
             spacing,
-            tolerance: 1e-3 * spacing,
+            tolerance: TOLERANCE * spacing,
             boundary,
             surface,
             gradient_weights: cloud.as_ref().map(|_| &gradient_weights as _),
@@ -177,6 +182,7 @@ impl LatticeParticles {
                 tolerance: flat_face::TOLERANCE,
             }),
         };
+        foundation::check(&setup.mechanics.foundations, surface, matches!(held, Held::Layers(_)))?;
         nodal_loads(&setup.mechanics.loads, &loaded)
     }
 }
