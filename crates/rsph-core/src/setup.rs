@@ -419,6 +419,18 @@ pub struct Setup<M = Mechanics> {
     pub allow_unstable: bool,
     /// What is recorded.
     pub probes: Vec<Probe>,
+    /// Which pieces of the body are simulated.
+    pub pieces: Pieces,
+}
+
+/// Which pieces of a shape are simulated that hang together by nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pieces {
+    /// All of them.
+    #[default]
+    All,
+    /// Those that a boundary holds, if it holds any: the others have no equilibrium.
+    Held,
 }
 
 impl<M> Setup<M> {
@@ -436,13 +448,14 @@ impl<M> Setup<M> {
             integration: Integration::default(),
             allow_unstable: false,
             probes: Vec::new(),
+            pieces: Pieces::default(),
         }
     }
 
     /// The same with other mechanics.
     pub fn with_mechanics<N>(self, mechanics: N) -> Setup<N> {
         let Self { units, shape, resolution, initial, remesh, solver, .. } = self;
-        let Self { time_step, integration, allow_unstable, probes, .. } = self;
+        let Self { time_step, integration, allow_unstable, probes, pieces, .. } = self;
         Setup {
             units,
             shape,
@@ -455,6 +468,7 @@ impl<M> Setup<M> {
             integration,
             allow_unstable,
             probes,
+            pieces,
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::shape_of::{FoundShape, shape_of};
 use checks::{positive, zero_or_more};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Formulation, Initial, Integration, Mechanics, Scheme, Setup, Solver, TimeStep, Units,
+    Formulation, Initial, Integration, Mechanics, Pieces, Scheme, Setup, Solver, TimeStep, Units,
 };
 use rsph_core::shape::BoxShape;
 use rsph_core::tensor::Vec3;
@@ -126,6 +126,7 @@ impl LoadedScenario {
             integration: integration(doc, &tables.time)?,
             allow_unstable: tables.time.allow_unstable,
             probes,
+            pieces: if matches!(mode, Mode::Static { .. }) { Pieces::Held } else { Pieces::All },
         };
         Ok(Job { setup, mode, until, frame_interval, checkpoint, notes })
     }

@@ -47,7 +47,7 @@ pub fn nodal_loads(loads: &[Load], body: &LoadedBody<'_>) -> Result<Vec<NodalLoa
     let n = body.mass.len();
     let on_surface = |i: usize, traction: &Traction<'_>| {
         body.surface.force(n, traction).ok_or_else(|| {
-            let Bounds { min, max } = body.shape.bounds();
+            let Bounds { min, max } = body.boundary.bounds().unwrap_or_else(|| body.shape.bounds());
             let place = |v: &Vec3| format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z);
             InvalidInput::new(
                 format!("load[{i}]"),

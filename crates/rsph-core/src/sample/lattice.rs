@@ -56,7 +56,7 @@ pub(super) fn with_spacing(
             format!("the smallest spacing that fits is {}", short(smallest_spacing(shape))),
         );
     }
-    let occupied = occupy(shape, lattice(shape, spacing, alignment));
+    let occupied = occupy(shape, lattice(shape, spacing, alignment), None);
     if occupied.cells.is_empty() {
         return refuse(
             format!(
