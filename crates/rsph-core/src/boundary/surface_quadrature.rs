@@ -92,6 +92,8 @@ pub struct LoadedParticles<'a> {
     pub particles: &'a Doubled,
     /// Fits of them around a list of places.
     pub fits: &'a dyn Fn(&[Vec3]) -> Vec<LinearFit>,
+    /// Whether the surface at a place may face another part of it across a gap.
+    pub near_gap: &'a (dyn Fn(&Vec3) -> bool + Sync),
 }
 
 impl fmt::Debug for LoadedParticles<'_> {
@@ -146,7 +148,14 @@ impl SurfaceQuadrature {
         let cell_of = |panel: &Panel| {
             let SurfacePoint { x, normal, .. } = &panel.centre;
             let cell: [i64; 3] = (flat(x) / (CLUSTER * spacing)).map(|x| x.floor() as i64).into();
-            (held(&flat(x), normal), cell)
+            // Walls that face each other never share the axis that their normals are nearest to.
+            let side = if (particles.near_gap)(&flat(x)) {
+                let axis = normal.iamax();
+                1 + 2 * axis + usize::from(normal[axis] > 0.0)
+            } else {
+                0
+            };
+            (held(&flat(x), normal), cell, side)
         };
         // Sorted by number, and visited again for what they are: they are as many as particles of a large body.
         let mut sorted = Vec::new();
