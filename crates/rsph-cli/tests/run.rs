@@ -413,7 +413,7 @@ fn a_field_of_a_run_is_written_on_the_voxels_of_an_image() {
     };
     let done = image(&["--field", "principal_strain.1", "--outside", "nan"]);
     assert_eq!(done.code, Some(0), "{}", done.err);
-    assert!(done.out.contains("1000 voxels of the body at t = 1"), "{}", done.out);
+    assert!(done.out.contains("1000 voxels of the body at t = 0.5"), "{}", done.out);
     let raw = std::fs::read(bench.path("field.nii")).unwrap();
     let values: Vec<f32> = raw[352..].as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
     assert_eq!(values.iter().filter(|x| x.is_nan()).count(), 12 * 12 * 12 - 1000);

@@ -26,6 +26,7 @@ mod row;
 mod series;
 mod surfaces;
 mod tensile;
+mod two_materials;
 
 pub use row::Row;
 
@@ -99,6 +100,12 @@ pub const CASES: &[Case] = &[
         "Fig. 5: the tensile test of liver and kidney; finite elements",
         "issue 2; speed: the paper",
         tensile::run,
+    ),
+    case(
+        "two_materials",
+        "a stiff tumour in an organ from a segmentation of two labels; finite elements",
+        "issue 17",
+        two_materials::run,
     ),
     case("figure_6", "Fig. 6: a liver's surface beside that of 144 particles", "our own", figure_6::run),
     case(

@@ -19,6 +19,7 @@ Templates:
   oscillating_beam      a free beam that bends to and fro
   block_large_strain    a plane block, pulled by 40 % and remeshed
   cook_membrane         a plane membrane at rest, nearly incompressible
+  liver_with_tumour     a liver of two materials at rest under a local load
   deformation           a sphere that a given velocity field tears
   deformation_remeshed  the same with remeshing: it stays whole
   fsi_1d                a viscous fluid beside an elastic solid, on a line
@@ -45,6 +46,7 @@ const TEMPLATES: &[(&str, &str)] = &[
     ("oscillating_beam", include_str!("../../../../scenarios/oscillating_beam.toml")),
     ("block_large_strain", include_str!("../../../../scenarios/block_large_strain.toml")),
     ("cook_membrane", include_str!("../../../../scenarios/cook_membrane.toml")),
+    ("liver_with_tumour", include_str!("../../../../scenarios/liver_with_tumour.toml")),
     ("deformation", include_str!("../../../../scenarios/deformation.toml")),
     ("deformation_remeshed", include_str!("../../../../scenarios/deformation_remeshed.toml")),
     ("fsi_1d", include_str!("../../../../scenarios/fsi_1d.toml")),

@@ -18,9 +18,6 @@ use rayon::prelude::*;
 /// Fewest clusters or particles in a task.
 const TASK: usize = 32;
 
-/// Share of the forces of a cluster that counts as none.
-const NOTHING: f64 = 1e-9;
-
 /// The pressure on one part of the surface, with its forces at one displacement.
 #[derive(Clone, Debug)]
 pub struct Follower {
@@ -105,9 +102,7 @@ impl Follower {
     ) -> Option<Self> {
         let load = |cluster: &Cluster| {
             let free = Mat3::identity() - cluster.projector();
-            let pattern = surface.pattern(cluster, traction)?;
-            // On a face that is held along its normal nothing acts, however it is deformed.
-            ((pattern * free).norm() > NOTHING * pattern.norm()).then_some(Loaded { pattern, free })
+            Some(Loaded { pattern: surface.pattern(cluster, traction)?, free })
         };
         let loads: Vec<Option<Loaded>> = surface.clusters.par_iter().map(load).collect();
         let mut number = vec![u32::MAX; loads.len()];

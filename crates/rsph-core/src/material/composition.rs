@@ -77,13 +77,23 @@ impl Palette {
         cell.shares().iter().enumerate().map(|(k, share)| share * of(k)).sum()
     }
 
+    fn scaled(&self, cell: &Composition, k: usize) -> Scaled<'_> {
+        Scaled { law: self.law(cell.materials[k]), factor: cell.factors[k] }
+    }
+
+    /// The laminate of a cell, if it is one.
+    fn laminate(&self, cell: &Composition) -> Option<Laminate<'_>> {
+        let shear = |k: usize| cell.factors[k] * self.stiffness_of(cell.materials[k]).shear_modulus();
+        let layers = [self.scaled(cell, 0), self.scaled(cell, 1)];
+        cell.interface.map(|interface| Laminate { interface, layers, shear_modulus: shear(0).min(shear(1)) })
+    }
+
     /// Hands the law of a cell to `visit`.
     pub(crate) fn with_law<R>(&self, cell: &Composition, visit: impl FnOnce(&dyn FiniteStrain) -> R) -> R {
-        let scaled = |k: usize| Scaled { law: self.law(cell.materials[k]), factor: cell.factors[k] };
-        let Some(interface) = cell.interface else { return visit(&scaled(0)) };
-        let shear = |k: usize| cell.factors[k] * self.stiffness_of(cell.materials[k]).shear_modulus();
-        let layers = [scaled(0), scaled(1)];
-        visit(&Laminate { interface, layers, shear_modulus: shear(0).min(shear(1)) })
+        match self.laminate(cell) {
+            Some(laminate) => visit(&laminate),
+            None => visit(&self.scaled(cell, 0)),
+        }
     }
 
     /// dP/dF of the two materials of a cell at F, column by column of its nine components row by row.
@@ -97,16 +107,20 @@ impl Palette {
         })
     }
 
-    /// Strain and stress as results show them of a cell, by the measures of the material with the larger share.
+    /// Strain and stress as results show them: of the material with the larger share of a cell, by its own measures.
     pub(crate) fn measures(&self, cell: &Composition, gradient: &Mat3, rate: &Mat3) -> [SymTensor; 2] {
         let material = &self.materials[usize::from(cell.materials[0])];
         let (strain, stress) = match material.law() {
             Law::Linear(_) => {
-                let stiffness = self.stiffness(cell);
-                Law::Linear(stiffness).measures(material.relaxation_time(), gradient, rate)
+                let of = [0, 1].map(|k| *self.stiffness_of(cell.materials[k]) * cell.factors[k]);
+                let layer = |i: Interface| i.first_linear_layer([&of[0], &of[1]], gradient);
+                let gradient = cell.interface.map_or(*gradient, layer);
+                Law::Linear(of[0]).measures(material.relaxation_time(), &gradient, rate)
             }
             Law::FiniteStrain(_) => {
-                self.with_law(cell, |law| Law::FiniteStrain(law).measures(0.0, gradient, rate))
+                let f = Mat3::identity() + gradient;
+                let layer = self.laminate(cell).map_or(f, |laminate| laminate.gradients(&f)[0]);
+                Law::FiniteStrain(&self.scaled(cell, 0)).measures(0.0, &(layer - Mat3::identity()), rate)
             }
         };
         [strain, stress]

@@ -42,22 +42,32 @@ impl Interface {
         of[0] * self.share + of[1] * (1.0 - self.share)
     }
 
-    /// The stiffness of two linear materials, C_mean - s (1 - s) dC : N (n . C' . n)^-1 N : dC with C' = (1 - s) C_1 + s C_2.
-    pub(crate) fn stiffness(&self, of: [&Stiffness; 2]) -> Stiffness {
-        let (s, n) = (self.share, &self.normal);
-        let traction = |stiffness: &Stiffness, strain: SymTensor| stiffness.stress(strain).dot(n);
-        let layered = |a: &Vec3| SymTensor::symmetric_part(&(a * n.transpose()));
+    /// The jump of two linear materials at a strain of the cell, -(N . C' . N)^-1 (C_1 - C_2) : e N with C' = (1 - s) C_1 + s C_2.
+    fn linear_jump(&self, of: [&Stiffness; 2]) -> impl Fn(SymTensor) -> Vec3 {
+        let (s, n) = (self.share, self.normal);
+        let [first, second] = of.map(|stiffness| *stiffness);
         let acoustic = Mat3::from_columns(&std::array::from_fn::<_, 3, _>(|k| {
-            let strain = layered(&Vec3::ith(k, 1.0));
-            traction(of[0], strain) * (1.0 - s) + traction(of[1], strain) * s
+            let strain = SymTensor::symmetric_part(&(Vec3::ith(k, 1.0) * n.transpose()));
+            first.stress(strain).dot(&n) * (1.0 - s) + second.stress(strain).dot(&n) * s
         }));
         let inverse = acoustic.try_inverse().unwrap_or_else(Mat3::zeros);
+        move |strain| -(inverse * (first.stress(strain).dot(&n) - second.stress(strain).dot(&n)))
+    }
+
+    /// The stiffness of two linear materials.
+    pub(crate) fn stiffness(&self, of: [&Stiffness; 2]) -> Stiffness {
+        let jump = self.linear_jump(of);
         Stiffness::of(|strain| {
-            let jump = layered(&-(inverse * (traction(of[0], strain) - traction(of[1], strain))));
-            let first = of[0].stress(strain + jump * (1.0 - s));
-            let second = of[1].stress(strain + jump * -s);
-            first * s + second * (1.0 - s)
+            let layers =
+                self.gradients(&strain.to_matrix(), &jump(strain)).map(|g| SymTensor::symmetric_part(&g));
+            of[0].stress(layers[0]) * self.share + of[1].stress(layers[1]) * (1.0 - self.share)
         })
+    }
+
+    /// The displacement gradient of the first layer of two linear materials.
+    pub(crate) fn first_linear_layer(&self, of: [&Stiffness; 2], gradient: &Mat3) -> Mat3 {
+        let jump = self.linear_jump(of)(SymTensor::symmetric_part(gradient));
+        self.gradients(gradient, &jump)[0]
     }
 }
 
@@ -92,7 +102,7 @@ impl Laminate<'_> {
     }
 
     /// The deformation gradients of the layers; that of the cell in both where it is turned inside out.
-    fn gradients(&self, f: &Mat3) -> [Mat3; 2] {
+    pub(crate) fn gradients(&self, f: &Mat3) -> [Mat3; 2] {
         let mut jump = Vec3::zeros();
         let mut of = self.interface.gradients(f, &jump);
         let mut energy = self.layer_energy(&of);

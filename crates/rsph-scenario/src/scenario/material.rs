@@ -157,11 +157,12 @@ impl MaterialTable {
                 Some(value) => numbers(value, p.kind)
                     .map_err(|problem| document.error(&path, format!("{problem}: {what}"), remedy(p.kind)))?,
                 None => p.default().ok_or_else(|| {
-                    let problem = format!("missing in [material]: {what}, which model {} needs", model.name);
+                    let problem =
+                        format!("missing in {}: {what}, which model {} needs", header(table), model.name);
                     document.error(
                         &path,
                         problem,
-                        format!("add a line `{} = {}` to [material]", p.key, wanted(p.kind)),
+                        format!("add a line `{} = {}` to {}", p.key, wanted(p.kind), header(table)),
                     )
                 })?,
             };
@@ -200,7 +201,7 @@ impl MaterialTable {
         match self.0.get("model") {
             None => Err(document.error(
                 &path,
-                format!("missing in [material]; known models: {known}"),
+                format!("missing in {}; known models: {known}", header(table)),
                 format!("add a line such as `{example}`"),
             )),
             Some(toml::Value::String(name)) => model(name).ok_or_else(|| {
@@ -211,6 +212,11 @@ impl MaterialTable {
             Some(_) => Err(document.error(&path, format!("must be the name of a model: {known}"), example)),
         }
     }
+}
+
+/// How a table is written in a file.
+fn header(table: &KeyPath) -> &'static str {
+    if *table == KeyPath::from("material") { "[material]" } else { "[[material]]" }
 }
 
 /// The numbers of a value.
