@@ -2,7 +2,7 @@
 
 use rsph_core::grid::Grid;
 use rsph_core::marching_cubes::zero_level_set;
-use rsph_core::material::KelvinVoigt;
+use rsph_core::material::{KelvinVoigt, NeoHookean};
 use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
@@ -245,4 +245,19 @@ fn loads_can_be_replaced_between_steps() {
     assert!(simulation.evaluate().load.norm() == 0.0);
     simulation.advance_to(3.0, &mut |_| true).unwrap();
     assert!(simulation.readings()[0].value.abs() < 1e-3 * pulled);
+}
+
+/// A soft block that falls onto its clamp: steps as long as the accuracy of slow motion allows meet states that Newton's method does not
+/// solve.
+#[test]
+fn a_step_that_is_not_solved_is_taken_again_shorter() {
+    let mut setup = cube(Scheme::Sdirk2, TimeStep::Auto);
+    setup.integration.tolerance = 0.1;
+    setup.mechanics.material = Arc::new(NeoHookean::new(1.0, 100.0, 0.45, 0.02).unwrap());
+    setup.mechanics.loads = vec![Load {
+        kind: LoadKind::BodyForce { region: Region::All, acceleration: Vec3::new(30.0, 0.0, -30.0) },
+        curve: Curve::default(),
+    }];
+    let (found, simulation) = extensions(setup, &[0.05, 0.1, 0.3, 2.0]);
+    println!("{found:?} in {} steps", simulation.step_count());
 }

@@ -243,6 +243,42 @@ impl Integrator for Implicit {
         if let Some(solid) = dynamics.solid() {
             solid.start_step(t, particles);
         }
+        let reference = self.reference;
+        match self.stages(dynamics, particles, t, dt) {
+            Err(_) if self.scale.is_some() && dt > self.shortest => {
+                // A shorter step may be solved.
+                self.reference = reference;
+                self.give_up(dynamics, particles);
+                let next = Some((CHANGE.0 * dt).max(self.shortest));
+                Ok(Step { next, taken: false, ..Step::default() })
+            }
+            ended => {
+                if let Some(solid) = dynamics.solid() {
+                    solid.drop_step();
+                }
+                ended
+            }
+        }
+    }
+}
+
+impl Implicit {
+    /// Puts `particles` back to the start of the step.
+    fn give_up(&self, dynamics: &mut dyn Dynamics, particles: &mut Particles) {
+        Self::set(particles, &self.start[0], &self.start[1]);
+        if let Some(solid) = dynamics.solid() {
+            solid.drop_step();
+        }
+    }
+
+    /// The stages of a step from `t` to `t + dt`.
+    fn stages(
+        &mut self,
+        dynamics: &mut dyn Dynamics,
+        particles: &mut Particles,
+        t: f64,
+        dt: f64,
+    ) -> Result<Step, (FailureKind, String)> {
         let mut integral = ForceSums::default();
         let mut evaluations = 0;
         let c = if self.scheme == Scheme::Sdirk2 { GAMMA * dt } else { dt };
@@ -270,10 +306,7 @@ impl Integrator for Implicit {
             step.next = Some((dt * best.clamp(least, most)).max(self.shortest));
             step.taken = error <= self.tolerance || dt <= self.shortest;
             if !step.taken {
-                Self::set(particles, &self.start[0], &self.start[1]);
-                if let Some(solid) = dynamics.solid() {
-                    solid.drop_step();
-                }
+                self.give_up(dynamics, particles);
                 return Ok(step);
             }
         }
