@@ -43,7 +43,7 @@ impl Cycle {
         let doubled = folds.doubled(&positions, &body.volume, spacing);
         let cloud = Cloud::new(&doubled.positions, &doubled.volume, spacing);
         let fits = |places: &[Vec3]| places.iter().map(|x| cloud.fit_at(x)).collect();
-        let particles = LoadedParticles { particles: &doubled, fits: &fits };
+        let particles = LoadedParticles { particles: &doubled, fits: &fits, sight: None };
         let held = |x: &Vec3, n: &Vec3| constraints.held_at(x, n);
         let surface =
             SurfaceQuadrature::new(cube.surface(), 3, spacing, &particles, &constraints.holds, &held);

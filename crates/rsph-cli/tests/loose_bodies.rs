@@ -86,25 +86,79 @@ fn a_block_on_a_thin_neck_comes_to_rest_or_is_told_of() {
 }
 
 #[test]
-fn a_piece_that_nothing_joins_is_left_out_and_told_of() {
-    for mode in ["static", "dynamic"] {
-        let done = run(0.0, "-0.5", "below", mode);
-        assert_eq!(done.code, Some(0), "{mode}: {}", done.err);
-        assert!(done.err.contains("50.0 % of the body's volume is left out"), "{mode}: {}", done.err);
-    }
-}
-
-#[test]
-fn a_body_whose_clamp_is_on_the_piece_left_out_is_refused() {
-    for mode in ["static", "dynamic"] {
-        let done = run(0.0, "0.35", "above", mode);
-        assert_eq!(done.code, Some(2), "{mode}: {}", done.err);
+fn a_piece_that_nothing_holds_is_left_out_at_rest_and_moves_in_time() {
+    // What the clamp leaves of the two blocks, in layers of 64 particles.
+    for (at, side, held, unheld) in [("-0.5", "below", 256, 256), ("0.4", "above", 192, 320)] {
+        let done = run(0.0, at, side, "static");
+        assert_eq!(done.code, Some(0), "{}", done.err);
+        let share = 100.0 * f64::from(unheld) / f64::from(held + unheld);
+        let told =
+            format!("{share:.2} % of the body's volume is left out, the piece of {unheld} particles around");
+        assert!(done.err.contains(&told) && done.err.contains("nothing holds it"), "{}", done.err);
+        assert!(done.err.contains(&format!("{held} particles, spacing")), "{}", done.err);
+        let done = run(0.0, at, side, "dynamic");
+        assert_eq!(done.code, Some(0), "{}", done.err);
         assert!(
-            done.err.contains("`boundary[0].region`") && done.err.contains("no particle"),
+            !done.err.contains("left out") && done.err.contains("512 particles, spacing"),
             "{}",
             done.err
         );
     }
+}
+
+#[test]
+fn crumbs_are_left_out_with_a_note() {
+    let bench = Bench::new();
+    let crumb = ([0.6, -0.1, -0.5], [0.8, 0.1, -0.3]);
+    bench.write("body.obj", boxes(&[([-0.4, -0.4, -0.6], [0.4, 0.4, -0.1]), crumb]));
+    bench.write("case.toml", SCENARIO.replace("AT", "-0.5").replace("SIDE", "below"));
+    let done = bench.rsph(&["run", "case.toml"]);
+    assert_eq!(done.code, Some(0), "{}", done.err);
+    let told = "1 pieces that hang together with nothing and are too small for particles to deform (the largest has 8 and lies around";
+    assert!(done.err.contains(told) && done.err.contains("256 particles, spacing"), "{}", done.err);
+}
+
+#[test]
+fn a_load_on_two_bodies_of_one_file_is_that_of_both() {
+    let half = |held: &str| {
+        SCENARIO
+            .replace("AT", "-0.5")
+            .replace("SIDE", "below")
+            .replace(r#"region = { plane = { axis = "z", at = -0.5, side = "below" } }"#, held)
+            .replace(
+                "kind = \"body_force\"\nregion = \"all\"\nacceleration = [0.1, 0.0, -0.3]",
+                "kind = \"pressure\"\npressure = 0.5\nregion = { plane = { axis = \"z\", at = 0.4, side = \"above\" } }",
+            )
+    };
+    let bench = Bench::new();
+    bench.write(
+        "body.obj",
+        boxes(&[([-0.9, -0.4, 0.0], [-0.1, 0.4, 0.4]), ([0.05, -0.4, 0.0], [0.75, 0.4, 0.4])]),
+    );
+    let both = r#"region = { plane = { axis = "z", at = 0.0, side = "below" } }"#;
+    let one = r#"region = { and = [ { plane = { axis = "z", at = 0.001, side = "below" } }, { plane = { axis = "x", at = 0.0, side = "below" } } ] }"#;
+    for (held, area) in [(both, 0.64 + 0.56), (one, 0.64)] {
+        bench.write("case.toml", half(held));
+        let done =
+            bench.rsph(&["run", "case.toml", "--force", "--output", "o", "--set", "solver.mode=static"]);
+        assert_eq!(done.code, Some(0), "{}", done.err);
+        let text = std::fs::read_to_string(bench.path("o/summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let load = summary["load"][2].as_f64().unwrap();
+        assert!((load + 0.5 * area).abs() < 1e-6 * area, "{load} {}", done.err);
+    }
+    // Loads and probes on nothing but what is left out.
+    let other = r#"region = { plane = { axis = "x", at = 0.75, side = "above" } }"#;
+    let text = half(one).replace(r#"region = { plane = { axis = "z", at = 0.4, side = "above" } }"#, other);
+    bench.write("case.toml", text);
+    let done = bench.rsph(&["run", "case.toml", "--force", "--output", "o", "--set", "solver.mode=static"]);
+    assert_eq!(done.code, Some(2), "{}", done.err);
+    assert!(done.err.contains("load[0]") && done.err.contains("acts on no"), "{}", done.err);
+    let probe = "[[probe]]\nname = \"p\"\nquantity = \"displacement.z\"\nregion = { point = [0.3, 0.0, 0.2] }\n[time]";
+    bench.write("case.toml", half(one).replace("[time]", probe));
+    let done = bench.rsph(&["run", "case.toml", "--force", "--output", "o", "--set", "solver.mode=static"]);
+    assert_eq!(done.code, Some(2), "{}", done.err);
+    assert!(done.err.contains("probe[0].region") && done.err.contains("left out"), "{}", done.err);
 }
 
 #[test]

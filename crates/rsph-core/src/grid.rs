@@ -29,6 +29,14 @@ impl Grid {
         self.origin + Vec3::new(c[0] as f64 + 0.5, c[1] as f64 + 0.5, c[2] as f64 + 0.5) * self.spacing
     }
 
+    /// Index of the cell around a place; `None` outside of the grid.
+    pub fn cell_at(&self, x: &Vec3) -> Option<usize> {
+        let q = (x - self.origin) / self.spacing;
+        (0..3)
+            .all(|i| q[i] >= 0.0 && q[i] < self.cells[i] as f64)
+            .then(|| self.index(std::array::from_fn(|i| q[i] as usize)))
+    }
+
     /// Index of the cell with integer coordinates `c`, x fastest.
     pub fn index(&self, c: [usize; 3]) -> usize {
         (c[2] * self.cells[1] + c[1]) * self.cells[0] + c[0]

@@ -4,11 +4,14 @@
 //! a particle are constant index offsets and the kernel gradient is one constant vector an offset:
 //! no neighbour list. Fields that sums run over are laid out in tiles ([`crate::tiles`]).
 
+mod cuts;
 mod weights;
 
 use crate::grid::Grid;
 use crate::tensor::Vec3;
 use crate::tiles::{LANES, Tiles};
+pub use cuts::{Cut, Cuts};
+use rayon::prelude::*;
 pub use weights::{MAX_CUT, MAX_REACH, Weights};
 
 /// Marks a cell without a particle.
@@ -101,6 +104,8 @@ pub struct Lattice {
     pub weights: Weights,
     /// Neighbours with a weight.
     pub neighbours: Vec<Neighbour>,
+    /// Neighbours that do not see each other across a gap.
+    pub cuts: Cuts,
     /// Images of particles in mirrors, by tile.
     pub images: Vec<Image>,
     /// The first image of every tile, and their number; nothing if there are none.
@@ -158,6 +163,7 @@ impl Lattice {
             tiles: Tiles::new(grid.cells, cells, &[]),
             weights,
             neighbours,
+            cuts: Cuts::default(),
             images: Vec::new(),
             image_starts: Vec::new(),
             particle_at,
@@ -169,8 +175,59 @@ impl Lattice {
         }
     }
 
+    /// The same lattice without the pairs of neighbours that `parted` says, of the lower number and the higher.
+    #[must_use]
+    pub fn cut(self, parted: impl Fn(usize, usize) -> bool + Sync) -> Self {
+        let parted_from = |a: usize| -> Vec<(u32, u32)> {
+            let others = self.neighbours.iter().filter_map(|n| self.neighbour(a, n));
+            others.filter(|b| *b > a && parted(a, *b)).map(|b| (a as u32, b as u32)).collect()
+        };
+        let pairs: Vec<(u32, u32)> = (0..self.len()).into_par_iter().flat_map_iter(parted_from).collect();
+        let both = pairs.iter().flat_map(|&(a, b)| [(a, b), (b, a)]).collect();
+        self.without(both)
+    }
+
+    /// The same lattice without those pairs, each both ways round.
+    fn without(mut self, mut pairs: Vec<(u32, u32)>) -> Self {
+        pairs.sort_unstable();
+        let apart = |a: u32, b: u32| {
+            let [from, to] = [a, b].map(|a| self.coordinates(a as usize));
+            let offset: [isize; 3] = std::array::from_fn(|i| to[i] as isize - from[i] as isize);
+            let square = offset.iter().map(|i| i * i).sum::<isize>() as usize;
+            let x = Vec3::from_fn(|i, _| offset[i] as f64 * self.spacing);
+            (x, self.weights.by_square.get(square).copied().unwrap_or(0.0))
+        };
+        self.cuts = Cuts::new(&self.tiles, pairs, apart);
+        self
+    }
+
+    /// The particles that hang together by sums, piece by piece.
+    pub fn pieces(&self) -> Vec<Vec<usize>> {
+        let mut is_found = vec![false; self.len()];
+        let mut pieces: Vec<Vec<usize>> = Vec::new();
+        for start in 0..self.len() {
+            if std::mem::replace(&mut is_found[start], true) {
+                continue;
+            }
+            let mut piece = vec![start];
+            let mut next = 0;
+            while next < piece.len() {
+                for neighbour in &self.neighbours {
+                    if let Some(b) = self.neighbour(piece[next], neighbour)
+                        && !std::mem::replace(&mut is_found[b], true)
+                    {
+                        piece.push(b);
+                    }
+                }
+                next += 1;
+            }
+            pieces.push(piece);
+        }
+        pieces
+    }
+
     /// The same lattice with the images of its particles in `mirrors`, as far as the kernel reaches. No particle lies beyond
-    /// one of them, and two on the same axis are a reach apart.
+    /// one of them, and two on the same axis are a reach apart; none with a cut lies within reach of one.
     #[must_use]
     pub fn mirrored(&self, mirrors: &[Mirror]) -> Self {
         let reach = self.pad as isize;
@@ -227,7 +284,7 @@ impl Lattice {
             lattice.image_starts[t + 1] += lattice.image_starts[t];
         }
         lattice.images = placed.into_iter().map(|(image, _)| image).collect();
-        lattice
+        lattice.without(self.cuts.pairs().to_vec())
     }
 
     /// Number of particles.
@@ -270,7 +327,7 @@ impl Lattice {
     #[inline(always)]
     pub fn seen(&self, a: usize, neighbour: &Neighbour) -> Option<Seen> {
         let b = self.particle_at[(self.cell_of[a] as usize).wrapping_add_signed(neighbour.shift)];
-        (b != NO_PARTICLE).then(|| self.seen_as(b))
+        (b != NO_PARTICLE && !self.cuts.part(a, b as usize)).then(|| self.seen_as(b))
     }
 
     /// The particle with that number, or image from the number of particles on.

@@ -6,6 +6,7 @@
 use crate::kernel::QuarticSpline;
 use crate::neighbors::CellList;
 use crate::particles::Column;
+use crate::sample::Sight;
 use crate::tensor::{Mat3, Vec3};
 use nalgebra::{Cholesky, Matrix4, SMatrix, SVector, Vector4};
 use rayon::prelude::*;
@@ -37,6 +38,8 @@ pub struct Cloud<'a> {
     smoothing: f64,
     cells: CellList,
     sharp: bool,
+    /// What sees what, and the places that the particles stand for.
+    sight: Option<(&'a Sight, Vec<Vec3>)>,
     /// 3, or 2 where all particles lie in the plane z = 0; then all points do.
     dimension: usize,
 }
@@ -154,7 +157,16 @@ impl<'a> Cloud<'a> {
     /// weighs little.
     pub fn new(positions: &'a [Vec3], volume: &'a [f64], spacing: f64) -> Self {
         let cells = CellList::new(positions, 1.25 * SMOOTHING * spacing);
-        Self { positions, volume, spacing, smoothing: SMOOTHING, cells, sharp: false, dimension: 3 }
+        Self {
+            positions,
+            volume,
+            spacing,
+            smoothing: SMOOTHING,
+            cells,
+            sharp: false,
+            sight: None,
+            dimension: 3,
+        }
     }
 
     /// The same in `dimension` dimensions: in the plane (2) volumes are of height one, and every point counts as the one
@@ -188,12 +200,27 @@ impl<'a> Cloud<'a> {
         Self { sharp: true, ..self }
     }
 
-    /// Particles within `radius` of `x`, with their distance.
+    /// The same where a point rests on particles only that it sees.
+    #[must_use]
+    pub fn with_sight(self, sight: Option<&'a Sight>) -> Self {
+        let homes = |sight: &Sight| self.positions.par_iter().map(|x| sight.home(x)).collect();
+        Self { sight: sight.map(|sight| (sight, homes(sight))), ..self }
+    }
+
+    /// Whether a place sees each particle.
+    fn sight_from(&self, x: &Vec3) -> impl Fn(usize) -> bool {
+        let sight = self.sight.as_ref().filter(|(sight, _)| sight.is_near(x));
+        let sight = sight.map(|(sight, homes)| (sight, homes, sight.home(x)));
+        move |a: usize| sight.as_ref().is_none_or(|(sight, homes, from)| !sight.is_blocked(from, &homes[a]))
+    }
+
+    /// Particles within `radius` of `x` that it sees, with their distance.
     fn around(&self, x: &Vec3, radius: f64) -> Vec<(usize, f64)> {
         let mut found = Vec::with_capacity(128);
+        let sees = self.sight_from(x);
         self.cells.visit_near(x, radius, |a| {
             let d = (self.positions[a as usize] - x).norm();
-            if d < radius {
+            if d < radius && sees(a as usize) {
                 found.push((a as usize, d));
             }
         });
@@ -411,10 +438,11 @@ impl Cloud<'_> {
     /// Visits (particle, weight, place over h) of the particles around `x`.
     fn visit_weights(&self, x: &Vec3, h: f64, mut visit: impl FnMut(usize, f64, &Vec3)) {
         let kernel = QuarticSpline::<3>::new(h);
+        let sees = self.sight_from(x);
         self.cells.visit_near(x, 2.5 * h, |a| {
             let r = self.positions[a as usize] - x;
             let w = self.weight(&kernel, a as usize, r.norm());
-            if w > 0.0 {
+            if w > 0.0 && sees(a as usize) {
                 visit(a as usize, w, &(r / h));
             }
         });

@@ -8,8 +8,8 @@ mod part;
 mod stencil;
 mod sweep;
 
-use crate::lattice::{Lattice, Weights};
-use crate::tiles::Tile;
+use crate::lattice::{Cut, Cuts, Lattice, Weights};
+use crate::tiles::{LANES, Tile};
 use adjoint::Adjoint;
 pub use blocks::Results;
 use blocks::{Block, Sum, for_each_block};
@@ -86,7 +86,7 @@ pub fn gradient_sums(
         Some(side) => Results::new(Some(side.part), side.components, side.values),
         None => Results::none(),
     });
-    let sums = GradientSums { weights: &lattice.weights, part, q, pointwise };
+    let sums = GradientSums { weights: &lattice.weights, cuts: &lattice.cuts, part, q, pointwise };
     for_each_block(lattice, part, Results::new(None, PAIR_COMPONENTS, out), sides, &sums);
 }
 
@@ -94,7 +94,7 @@ pub fn gradient_sums(
 /// T is the matrix in the first nine components of `t`. Results go to the tiled field `out`; only in a `part` of the
 /// body, if there is one.
 pub fn adjoint_sums(lattice: &Lattice, part: Option<&Part>, t: &[Tile], out: &mut [Tile]) {
-    let sums = AdjointSums { weights: &lattice.weights, part, t };
+    let sums = AdjointSums { weights: &lattice.weights, cuts: &lattice.cuts, part, t };
     for_each_block(lattice, part, Results::new(None, 3, out), [Results::none(), Results::none()], &sums);
 }
 
@@ -118,15 +118,25 @@ pub fn even_sums<const C: usize>(
     field: &impl EvenField<C>,
     out: Results<'_>,
 ) {
-    let sums = EvenSums::<_, C> { weights: &lattice.weights, part, field };
+    let sums = EvenSums::<_, C> { weights: &lattice.weights, cuts: &lattice.cuts, part, field };
     for_each_block(lattice, Some(part), out, [Results::none(), Results::none()], &sums);
 }
 
 struct GradientSums<'a, P> {
     weights: &'a Weights,
+    cuts: &'a Cuts,
     part: Option<&'a Part>,
     q: &'a [Tile],
     pointwise: &'a P,
+}
+
+impl<P> GradientSums<'_, P> {
+    /// What a neighbour adds to the sums.
+    fn of(&self, cut: &Cut) -> [f64; PAIR_COMPONENTS] {
+        let (tile, lane) = (cut.other.0 as usize, cut.other.1 as usize);
+        let q: [f64; 3] = std::array::from_fn(|i| cut.w * self.q[3 * tile + i].0[lane]);
+        std::array::from_fn(|c| if c < 9 { q[c / 3] * cut.x[c % 3] } else { q[c - 9] })
+    }
 }
 
 impl<P: Pointwise> Sum for GradientSums<'_, P> {
@@ -141,6 +151,7 @@ impl<P: Pointwise> Sum for GradientSums<'_, P> {
             planes,
             #[inline(always)]
             |t, lane, sums| {
+                take_out(simd, self.cuts.of_tile(t), lane, sums, |cut| self.of(cut));
                 let [first, second] = &mut sides;
                 self.pointwise.transform(simd, t, lane, sums, [first.of(t), second.of(t)]);
                 store::<S>(out.of(t), lane, sums);
@@ -151,8 +162,18 @@ impl<P: Pointwise> Sum for GradientSums<'_, P> {
 
 struct AdjointSums<'a> {
     weights: &'a Weights,
+    cuts: &'a Cuts,
     part: Option<&'a Part>,
     t: &'a [Tile],
+}
+
+impl AdjointSums<'_> {
+    /// What a neighbour adds to the sums.
+    fn of(&self, cut: &Cut) -> [f64; 3] {
+        let (tile, lane) = (cut.other.0 as usize, cut.other.1 as usize);
+        let t = &self.t[PAIR_COMPONENTS * tile..][..PAIR_COMPONENTS];
+        std::array::from_fn(|i| cut.w * (0..3).map(|j| t[3 * i + j].0[lane] * cut.x[j]).sum::<f64>())
+    }
 }
 
 impl Sum for AdjointSums<'_> {
@@ -167,6 +188,7 @@ impl Sum for AdjointSums<'_> {
             planes,
             #[inline(always)]
             |t, lane, sums| {
+                take_out(simd, self.cuts.of_tile(t), lane, sums, |cut| self.of(cut));
                 store::<S>(out.of(t), lane, sums);
             },
         );
@@ -175,6 +197,7 @@ impl Sum for AdjointSums<'_> {
 
 struct EvenSums<'a, F, const C: usize> {
     weights: &'a Weights,
+    cuts: &'a Cuts,
     part: &'a Part,
     field: &'a F,
 }
@@ -183,7 +206,7 @@ impl<F: EvenField<C>, const C: usize> Sum for EvenSums<'_, F, C> {
     #[inline(always)]
     fn run<S: Simd, T: Stencil>(&self, simd: S, stencil: T, block: Block<'_>) {
         let Block { tiles, column, planes, mut out, .. } = block;
-        let Self { weights, part, field } = *self;
+        let Self { weights, cuts, part, field } = *self;
         let passes = Even::<_, _, C> { stencil, weights, tiles, part, field };
         sweep(
             simd,
@@ -192,9 +215,34 @@ impl<F: EvenField<C>, const C: usize> Sum for EvenSums<'_, F, C> {
             planes,
             #[inline(always)]
             |t, lane, sums| {
+                take_out(simd, cuts.of_tile(t), lane, sums, |cut| {
+                    let (tile, lane) = cut.other;
+                    let values = field.lanes::<1>(tile as usize, lane as usize);
+                    values.map_or([0.0; C], |values| values.map(|v| cut.w * v[0]))
+                });
                 field.keep(simd, t, lane, &sums[..C], out.of(t));
             },
         );
+    }
+}
+
+/// Takes what the particles in the lanes from `lane` on do not see out of their sums.
+#[inline(always)]
+fn take_out<S: Simd, const C: usize>(
+    simd: S,
+    cuts: &[Cut],
+    lane: usize,
+    sums: &mut [S::f64s],
+    of: impl Fn(&Cut) -> [f64; C],
+) {
+    for cut in cuts {
+        let Some(l) = (cut.lane as usize).checked_sub(lane).filter(|l| *l < S::F64_LANES) else { continue };
+        for (sum, value) in sums.iter_mut().zip(of(cut)) {
+            let mut lanes = [0.0; LANES];
+            S::as_mut_simd_f64s(&mut lanes[..S::F64_LANES]).0[0] = *sum;
+            lanes[l] -= value;
+            *sum = load(simd, &lanes, 0);
+        }
     }
 }
 

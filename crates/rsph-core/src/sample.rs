@@ -1,17 +1,25 @@
 //! A shape becomes particles: one for every lattice cell that lies inside, with the inside
 //! fraction of its cell as volume.
 
+mod cell_pieces;
 mod inside;
 mod lattice;
 mod occupy;
+mod pieces;
 mod search;
+mod shift;
+mod sight;
 mod zero_surface;
 
 use crate::error::InvalidInput;
 use crate::grid::Grid;
 use crate::shape::{Shape, check};
+use crate::tensor::Vec3;
 
 pub use inside::InsideFraction;
+pub use pieces::{LeftOut, WhyLeftOut};
+pub use sight::{Gap, Sight};
+use std::sync::Arc;
 
 /// How fine the lattice is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,10 +49,18 @@ pub struct Body {
     /// Volume that each particle stands for: of its cell, of neighbouring ones too empty for a particle, and scaled where
     /// the surface cuts cells, so that their sum is the volume within the surface.
     pub volume: Vec<f64>,
-    /// The surface of the shape without pieces that hold no particle; `None`: all of it.
+    /// The piece of the shape that each belongs to, numbered by their first particles: pieces hang together by nothing.
+    pub piece: Vec<u32>,
+    /// What of the shape sees what, if parts of its surface face each other.
+    pub sight: Option<Arc<Sight>>,
+    /// Centres of the cells with so much tissue on both sides of a gap that each could be a particle: the larger is, and the other
+    /// belongs to particles beside it.
+    pub parted_cells: Vec<Vec3>,
+    /// The surface of the shape without pieces that are left out; `None`: all of it.
     pub kept_surface: Option<crate::mesh::TriangleMesh>,
-    /// Volume of the cells that were dropped because they do not hang together with the largest
-    /// piece.
+    /// Pieces that are left out.
+    pub left_out: Vec<LeftOut>,
+    /// Their volume.
     pub dropped_volume: f64,
 }
 
@@ -75,7 +91,7 @@ fn volumes(shape: &dyn Shape, occupied: &occupy::Occupied) -> Vec<f64> {
     let cell = occupied.grid.spacing.powi(shape.dimension() as i32);
     let mut volume: Vec<f64> = occupied.share.iter().map(|s| s * cell).collect();
     let sum: f64 = volume.iter().sum();
-    let wanted = shape.surface().volume() - occupied.dropped_volume;
+    let wanted = shape.surface().volume();
     let in_cut: f64 =
         volume.iter().zip(&occupied.fraction).filter(|(_, f)| is_cut(**f)).map(|(v, _)| v).sum();
     let missing = wanted - sum;
@@ -111,8 +127,8 @@ pub struct Alignment {
     pub offset: f64,
 }
 
-/// Samples `shape` on a lattice. Boxes are aligned with their faces, other shapes centred on their
-/// bounding box, unless `alignment` says otherwise for an axis.
+/// Samples `shape` on a lattice, all its pieces but crumbs. Boxes are aligned with their faces, other shapes centred on their
+/// bounding box or, where parts of their surface face each other across less than a spacing, so that these lie between cells, unless `alignment` says otherwise for an axis.
 ///
 /// # Errors
 /// `body.shape` when it is too small, too large or too far away to be computed with;
@@ -124,37 +140,41 @@ pub fn sample(
     alignment: &[Alignment],
 ) -> Result<Body, InvalidInput> {
     check::extent("body.shape", &shape.bounds(), shape.dimension())?;
-    let occupied = match resolution {
+    let mut occupied = match resolution {
         Resolution::Spacing(spacing) => lattice::with_spacing(shape, spacing, alignment)?,
         Resolution::Particles(count) => search::with_count(shape, count, alignment)?,
     };
-    if shape.dimension() == 2 {
-        let distance = |c: &[usize; 3]| shape.signed_distance(&occupied.grid.centre(*c));
-        return Ok(Body {
-            dimension: 2,
-            level_set: occupied.cells.iter().map(distance).collect(),
-            surface: shape.surface().clone(),
-            volume: volumes(shape, &occupied),
-            kept_surface: None,
-            grid: occupied.grid,
-            cells: occupied.cells,
-            fraction: occupied.fraction,
-            dropped_volume: occupied.dropped_volume,
-        });
+    let mut sight = Sight::new(shape.surface(), &occupied.lattice);
+    if let Some(mut found) = sight.take() {
+        occupied = occupy::occupy(shape, occupied.lattice, Some(&mut found));
+        if alignment.is_empty() {
+            (occupied, found) = shift::shifted(shape, occupied, found);
+        }
+        sight = Some(found);
     }
-    let zero = zero_surface::zero_surface(shape, &occupied);
-    let volume = volumes(shape, &occupied);
-    let dropped = occupied.dropped_volume > 0.0;
-    let kept_surface = dropped.then(|| zero_surface::near_body(shape.surface(), &occupied));
-    Ok(Body {
-        dimension: 3,
+    let (level_set, surface) = if shape.dimension() == 2 {
+        let distance = |c: &[usize; 3]| shape.signed_distance(&occupied.grid.centre(*c));
+        (occupied.cells.iter().map(distance).collect(), shape.surface().clone())
+    } else {
+        let zero = zero_surface::zero_surface(shape, &occupied);
+        (zero.level_set, zero.surface)
+    };
+    let kept = pieces::without_crumbs(&occupied.sizes());
+    let mut body = Body {
+        dimension: shape.dimension(),
+        volume: volumes(shape, &occupied),
         grid: occupied.grid,
         cells: occupied.cells,
         fraction: occupied.fraction,
-        level_set: zero.level_set,
-        surface: zero.surface,
-        volume,
-        kept_surface,
-        dropped_volume: occupied.dropped_volume,
-    })
+        level_set,
+        surface,
+        piece: occupied.piece,
+        sight: sight.map(Arc::new),
+        parted_cells: occupied.parted.iter().map(|(centre, _)| *centre).collect(),
+        kept_surface: None,
+        left_out: Vec::new(),
+        dropped_volume: 0.0,
+    };
+    body.leave_out(shape, &kept, WhyLeftOut::Crumb);
+    Ok(body)
 }

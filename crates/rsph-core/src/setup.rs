@@ -448,6 +448,18 @@ pub struct Setup<M = Mechanics> {
     pub gauges: Vec<Gauge>,
     /// Fields that snapshots have beside those of every kind of body: [measures](crate::measures::MEASURES) of a solid.
     pub fields: Vec<Field>,
+    /// Which pieces of the body are simulated.
+    pub pieces: Pieces,
+}
+
+/// Which pieces of a shape are simulated that hang together by nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Pieces {
+    /// All of them.
+    #[default]
+    All,
+    /// Those that a boundary holds, if it holds any: the others have no equilibrium.
+    Held,
 }
 
 impl<M> Setup<M> {
@@ -467,13 +479,14 @@ impl<M> Setup<M> {
             probes: Vec::new(),
             gauges: Vec::new(),
             fields: Vec::new(),
+            pieces: Pieces::default(),
         }
     }
 
     /// The same with other mechanics.
     pub fn with_mechanics<N>(self, mechanics: N) -> Setup<N> {
         let Self { units, shape, resolution, initial, remesh, solver, .. } = self;
-        let Self { time_step, integration, allow_unstable, probes, gauges, fields, .. } = self;
+        let Self { time_step, integration, allow_unstable, probes, gauges, fields, pieces, .. } = self;
         Setup {
             units,
             shape,
@@ -488,6 +501,7 @@ impl<M> Setup<M> {
             probes,
             gauges,
             fields,
+            pieces,
         }
     }
 }

@@ -250,8 +250,11 @@ fn loads_on_a_curved_organ_keep_force_and_moment() {
     let mass = vec![1.0; positions.len()];
     let cloud = Cloud::new(&positions, &body.volume, dx);
     let fits = |places: &[Vec3]| places.iter().map(|x| cloud.fit_at(x)).collect();
-    let particles =
-        LoadedParticles { particles: &Folds::default().doubled(&positions, &body.volume, dx), fits: &fits };
+    let particles = LoadedParticles {
+        particles: &Folds::default().doubled(&positions, &body.volume, dx),
+        fits: &fits,
+        sight: None,
+    };
     let surface = SurfaceQuadrature::new(liver.surface(), 3, dx, &particles, &[], &|_, _| None);
     let loaded = LoadedBody {
         shape: &liver,

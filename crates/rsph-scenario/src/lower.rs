@@ -16,7 +16,7 @@ use crate::shape_of::{FoundShape, shape_of};
 use checks::{positive, zero_or_more};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
-    Formulation, Initial, Integration, Mechanics, Scheme, Setup, Solver, TimeStep, Units,
+    Formulation, Initial, Integration, Mechanics, Pieces, Scheme, Setup, Solver, TimeStep, Units,
 };
 use rsph_core::shape::BoxShape;
 use rsph_core::tensor::Vec3;
@@ -136,6 +136,7 @@ impl LoadedScenario {
             probes,
             gauges,
             fields,
+            pieces: if matches!(mode, Mode::Static { .. }) { Pieces::Held } else { Pieces::All },
         };
         Ok(Job { setup, mode, until, frame_interval, checkpoint, notes })
     }

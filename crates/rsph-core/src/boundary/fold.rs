@@ -134,7 +134,7 @@ impl Default for Folds {
 }
 
 /// The fold on a plane that a boundary holds, if its face of `surface` lies between two layers of cells, is held alike
-/// everywhere, and neither particles nor other parts of the surface are in its way.
+/// everywhere, and neither particles nor other parts of the surface nor gaps are in its way.
 fn fold(
     plane: &HeldPlane,
     constraints: &Constraints,
@@ -152,11 +152,13 @@ fn fold(
         return None;
     }
     let mirror = Mirror { axis, above, layer: layer.round() as isize };
+    let reach = lattice.weights.cut.isqrt();
     // What holds the face at the cells beside it.
     let mut boundaries = None;
     for a in 0..lattice.len() {
         let layers = lattice.coordinates(a)[axis] as isize - mirror.layer;
-        if (layers >= 0) == above {
+        let deep = if above { -layers } else { layers + 1 };
+        if (layers >= 0) == above || (deep <= 2 * reach as isize && lattice.cuts.has(a)) {
             return None;
         }
         if layers == -isize::from(above) {
@@ -177,14 +179,13 @@ fn fold(
             }
         }
     }
-    let reach = lattice.weights.cut.isqrt() as f64;
     let fits = |t: usize| {
         let is_flat = |x: &Vec3| (depth(x) - nearest).abs() < ON_PLANE;
         let mut corners = surface.corners(t).into_iter();
         if constraints.held_at(&surface.centroid(t), &surface.normal(t)).unwrap_or(0) & boundaries != 0 {
             return corners.all(|x| is_flat(&x));
         }
-        surface.normal(t).dot(&normal) < STEEP || corners.all(|x| depth(&x) > reach)
+        surface.normal(t).dot(&normal) < STEEP || corners.all(|x| depth(&x) > reach as f64)
     };
     let is_fold = owners[axis].is_some() && (0..surface.triangles.len()).all(fits);
     is_fold.then_some(Fold { boundaries, owners, mirror, at })

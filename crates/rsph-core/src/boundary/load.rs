@@ -114,7 +114,7 @@ fn with_region<R>(
 
 /// That load `i` acts on nothing.
 fn nowhere(body: &LoadedBody<'_>, i: usize) -> InvalidInput {
-    let Bounds { min, max } = body.shape.bounds();
+    let Bounds { min, max } = body.boundary.bounds().unwrap_or_else(|| body.shape.bounds());
     let place = |v: &Vec3| format!("({:.4}, {:.4}, {:.4})", v.x, v.y, v.z);
     InvalidInput::new(
         format!("load[{i}]"),

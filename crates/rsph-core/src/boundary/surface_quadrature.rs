@@ -15,10 +15,12 @@ use crate::lattice::reflection;
 use crate::mesh::TriangleMesh;
 use crate::mls::LinearFit;
 use crate::particles::Column;
+use crate::sample::Sight;
 use crate::setup::Foundation;
 use crate::tensor::{Mat3, Vec3};
 use nalgebra::{Matrix4, Matrix4x3, Vector4};
 use rayon::prelude::*;
+use std::collections::HashMap;
 use std::fmt;
 use std::ops::Range;
 
@@ -96,6 +98,8 @@ pub struct LoadedParticles<'a> {
     pub particles: &'a Doubled,
     /// Fits of them around a list of places.
     pub fits: &'a dyn Fn(&[Vec3]) -> Vec<LinearFit>,
+    /// What sees what across gaps of the surface, if it has any.
+    pub sight: Option<&'a Sight>,
 }
 
 impl fmt::Debug for LoadedParticles<'_> {
@@ -130,7 +134,7 @@ pub(super) struct Shares {
 
 impl SurfaceQuadrature {
     /// The quadrature of `surface`, in the plane (`dimension` 2) of a [`rim`], for particles `spacing` apart, held by boundaries that hold as `holds` says; no cluster reaches from one held part to another,
-    /// or to where the surface is free.
+    /// to where the surface is free, or across a gap.
     pub fn new(
         surface: &TriangleMesh,
         dimension: usize,
@@ -147,14 +151,31 @@ impl SurfaceQuadrature {
             let cut = corners.iter().any(|x| part(x) != part(&corners[0]));
             if cut { EDGE_AT_RIM * spacing } else { EDGE * spacing }
         };
-        let cell_of = |panel: &Panel| {
+        // A place below the first panel of every cluster near a gap, by what its panels have in common.
+        let mut firsts: HashMap<_, Vec<Vec3>> = HashMap::new();
+        let mut cluster_of = |panel: &Panel| {
             let SurfacePoint { x, normal, .. } = &panel.centre;
-            let cell: [i64; 3] = (flat(x) / (CLUSTER * spacing)).map(|x| x.floor() as i64).into();
-            (held(&flat(x), normal), cell)
+            let x = flat(x);
+            let cell: [i64; 3] = (x / (CLUSTER * spacing)).map(|x| x.floor() as i64).into();
+            let held = held(&x, normal);
+            let Some(sight) = particles.sight.filter(|sight| sight.is_near(&x)) else {
+                return (held, cell, 0, 0);
+            };
+            // Walls that face each other never share the axis that their normals are nearest to.
+            let axis = normal.iamax();
+            let side = 1 + 2 * axis + usize::from(normal[axis] > 0.0);
+            let home = sight.home(&x);
+            let firsts = firsts.entry((held, cell, side)).or_default();
+            let seen = firsts.iter().position(|first| !sight.is_blocked(first, &home));
+            let group = seen.unwrap_or_else(|| {
+                firsts.push(home);
+                firsts.len() - 1
+            });
+            (held, cell, side, group)
         };
         // Sorted by number, and visited again for what they are: they are as many as particles of a large body.
         let mut sorted = Vec::new();
-        for_each_panel(surface, longest, |panel, _| sorted.push((cell_of(&panel), sorted.len())));
+        for_each_panel(surface, longest, |panel, _| sorted.push((cluster_of(&panel), sorted.len())));
         sorted.par_sort_unstable();
         let clusters: Vec<(Option<u32>, Range<usize>)> = sorted
             .chunk_by(|a, b| a.0 == b.0)

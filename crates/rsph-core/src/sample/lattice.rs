@@ -16,8 +16,13 @@ const BYTES_PER_PARTICLE: f64 = 1000.0;
 /// Cells added on each side when the surface is taken.
 pub(super) const MARGIN: usize = 2;
 
-/// How far from an integer number of spacings the edge of a box may be to be snapped to it.
+/// How far from an integer number of spacings the edge of a body may be for the spacing to be snapped to it: one that is rounded to its
+/// last written digit must not make the lattice jump by half a cell.
 const SNAP: f64 = 1e-4;
+/// The same that is rounding.
+const ROUNDING: f64 = 1e-9;
+/// How much more than a whole number of cells, in cells, a body may be across and still get that number.
+const OVERHANG: f64 = 1e-3;
 
 /// The cells of the body at a spacing that the user gave.
 ///
@@ -51,7 +56,7 @@ pub(super) fn with_spacing(
             format!("the smallest spacing that fits is {}", short(smallest_spacing(shape))),
         );
     }
-    let occupied = occupy(shape, lattice(shape, spacing, alignment));
+    let occupied = occupy(shape, lattice(shape, spacing, alignment), None);
     if occupied.cells.is_empty() {
         return refuse(
             format!(
@@ -67,17 +72,20 @@ pub(super) fn with_spacing(
     Ok(occupied)
 }
 
-/// The lattice around the shape. Boxes: from the lower corner, the spacing snapped so that an edge
-/// which is nearly a whole number of spacings is exactly that. Other shapes: centred. Plane bodies have one
+/// The lattice around the shape, the spacing snapped so that an edge of its bounding box which is nearly a whole number of
+/// spacings is exactly that. Boxes: from the lower corner. Other shapes: centred. Plane bodies have one
 /// layer of cells around z = 0.
 pub(super) fn lattice(shape: &dyn Shape, spacing: f64, alignment: &[Alignment]) -> Grid {
     let bounds = shape.bounds();
     let size = bounds.size();
     let mut spacing = spacing;
-    if shape.is_box() {
+    if shape.is_box() || alignment.is_empty() {
+        // A spacing that divides another shape to rounding stays as it is.
+        let least = if shape.is_box() { 0.0 } else { ROUNDING };
         let snapped = size.iter().take(shape.dimension()).find_map(|&s| {
             let n = (s / spacing).round();
-            (n >= 1.0 && (s / spacing - n).abs() <= SNAP).then(|| s / n)
+            (n >= 1.0 && (s / spacing - n).abs() <= SNAP)
+                .then(|| if (s / spacing - n).abs() < least { spacing } else { s / n })
         });
         spacing = snapped.unwrap_or(spacing);
     }
@@ -86,15 +94,15 @@ pub(super) fn lattice(shape: &dyn Shape, spacing: f64, alignment: &[Alignment]) 
         grid.origin.z = -0.5 * spacing;
     }
     for i in 0..shape.dimension() {
-        let needed = |length: f64| ((length / spacing - 1e-6).ceil() as usize).max(1);
+        let needed = |length: f64, overhang: f64| ((length / spacing - overhang).ceil() as usize).max(1);
         if let Some(a) = alignment.iter().rev().find(|a| a.axis == i) {
             // The highest lattice plane (a face between cells) at or below the body.
             let plane = a.at + (a.offset - 0.5) * spacing;
             let below = ((bounds.min[i] - plane) / spacing + 1e-9).floor();
             grid.origin[i] = plane + below * spacing;
-            grid.cells[i] = needed(bounds.max[i] - grid.origin[i]);
+            grid.cells[i] = needed(bounds.max[i] - grid.origin[i], 1e-6);
         } else {
-            grid.cells[i] = needed(size[i]);
+            grid.cells[i] = needed(size[i], OVERHANG);
             if !shape.is_box() {
                 let middle = 0.5 * (bounds.min[i] + bounds.max[i]);
                 grid.origin[i] = middle - 0.5 * grid.cells[i] as f64 * spacing;
@@ -173,6 +181,18 @@ mod tests {
         );
     }
 
+    #[test]
+    fn a_rounded_spacing_leaves_the_lattice_where_it_is() {
+        let bar = BoxShape::new(Vec3::new(1.0, 0.4, 0.3), Vec3::zeros()).unwrap();
+        let shape = crate::shape::MeshShape::new(bar.surface(), "mesh bar").unwrap().0;
+        let at = |dx: f64| sample(&shape, Resolution::Spacing(dx), &[]).unwrap();
+        let exact = at(1.0 / 30.0);
+        for relative in [-1e-5, -1e-7, 1e-7, 1e-5] {
+            let near = at((1.0 + relative) / 30.0);
+            assert_eq!((&near.cells, near.volume), (&exact.cells, exact.volume.clone()), "{relative}");
+        }
+    }
+
     proptest! {
         /// A plane of cell centres lies where the alignment says, and the grid covers the body.
         #[test]
@@ -184,7 +204,8 @@ mod tests {
             let b = ball.bounds();
             let top = grid.origin + Vec3::from_fn(|i, _| grid.cells[i] as f64) * dx;
             for i in 0..3 {
-                prop_assert!(grid.origin[i] <= b.min[i] + 1e-5 && top[i] >= b.max[i] - 1e-5);
+                let overhang = OVERHANG * dx;
+                prop_assert!(grid.origin[i] <= b.min[i] + overhang && top[i] >= b.max[i] - overhang);
             }
         }
     }

@@ -3,6 +3,7 @@
 use super::Alignment;
 use super::lattice::{MAX_CELLS, cells_around, lattice};
 use super::occupy::{Occupied, occupy};
+use super::pieces::particles;
 use crate::error::InvalidInput;
 use crate::shape::Shape;
 
@@ -119,10 +120,10 @@ impl Search<'_> {
         if cells_around(self.shape, spacing) > MAX_CELLS {
             return 2 * self.count;
         }
-        let occupied = occupy(self.shape, lattice(self.shape, spacing, self.alignment));
-        let found = occupied.cells.len();
+        let occupied = occupy(self.shape, lattice(self.shape, spacing, self.alignment), None);
+        let found = particles(&occupied);
         let is_better =
-            |b: &Candidate| found.abs_diff(self.count) < b.occupied.cells.len().abs_diff(self.count);
+            |b: &Candidate| found.abs_diff(self.count) < particles(&b.occupied).abs_diff(self.count);
         if found > 0 && self.best.as_ref().is_none_or(is_better) {
             self.best = Some(Candidate { spacing, occupied });
         }

@@ -1,7 +1,7 @@
 //! The body's surface on its lattice: the zero of the level set, with the topology of the shape.
 
 use super::lattice::{MARGIN, MAX_CELLS};
-use super::occupy::{Occupied, coordinates, neighbours};
+use super::occupy::Occupied;
 use crate::grid::Grid;
 use crate::marching_cubes::zero_level_set;
 use crate::mesh::TriangleMesh;
@@ -45,9 +45,6 @@ pub(super) fn zero_surface(shape: &dyn Shape, body: &Occupied) -> ZeroSurface {
         }
         (grid, phi) = refined(shape, &grid, &phi);
         surface = zero_level_set(&grid, &phi);
-    }
-    if body.dropped_volume > 0.0 {
-        surface = near_body(&surface, body);
     }
     ZeroSurface { level_set, surface }
 }
@@ -96,32 +93,10 @@ fn refined(shape: &dyn Shape, grid: &Grid, phi: &[f64]) -> (Grid, Vec<f64>) {
     (fine, values)
 }
 
-/// The pieces of the surface that lie around particles.
-pub(super) fn near_body(surface: &TriangleMesh, body: &Occupied) -> TriangleMesh {
-    let mut occupied = vec![false; body.grid.len()];
-    for &c in &body.cells {
-        occupied[body.grid.index(c)] = true;
-    }
-    let is_near = |x: &Vec3| {
-        let q = (x - body.grid.origin) / body.grid.spacing;
-        if (0..3).any(|i| q[i] < 0.0 || q[i] >= body.grid.cells[i] as f64) {
-            return false;
-        }
-        let cell = body.grid.index(std::array::from_fn(|i| q[i] as usize));
-        neighbours(&body.grid, coordinates(&body.grid, cell)).any(|n| occupied[n])
-    };
-    let (piece_of, pieces) = surface.component_of_triangles();
-    let mut keep = vec![false; pieces];
-    for (t, &piece) in piece_of.iter().enumerate() {
-        keep[piece] = keep[piece] || surface.corners(t).iter().any(is_near);
-    }
-    surface.retain(|t| keep[piece_of[t]])
-}
-
 #[cfg(test)]
 mod tests {
     use crate::mesh::TriangleMesh;
-    use crate::sample::{Resolution, sample};
+    use crate::sample::{Resolution, WhyLeftOut, sample};
     use crate::shape::{BoxShape, MeshShape, Shape, SphereShape};
     use crate::tensor::Vec3;
     use approx::assert_relative_eq;
@@ -149,19 +124,24 @@ mod tests {
         with(&mut mesh, right.surface());
         let shape = MeshShape::new(&mesh, "mesh two").unwrap().0;
         let body = sample(&shape, Resolution::Spacing(0.25), &[]).unwrap();
-        assert_eq!(body.surface.components(), 2);
+        assert_eq!((body.surface.components(), body.pieces()), (2, 2));
         assert!(body.dropped_volume == 0.0);
     }
 
     #[test]
-    fn a_dropped_piece_has_no_surface() {
+    fn a_piece_that_is_left_out_has_no_surface() {
         let mut mesh = SphereShape::new(1.0, Vec3::zeros()).unwrap().surface().clone();
         with(&mut mesh, SphereShape::new(0.5, Vec3::new(3.0, 0.0, 0.0)).unwrap().surface());
         let shape = MeshShape::new(&mesh, "mesh two").unwrap().0;
-        let body = sample(&shape, Resolution::Spacing(0.2), &[]).unwrap();
-        assert_eq!(body.surface.components(), 1);
+        let mut body = sample(&shape, Resolution::Spacing(0.2), &[]).unwrap();
+        assert_eq!((body.surface.components(), body.pieces()), (2, 2));
+        assert_relative_eq!(body.volume(), shape.volume(), max_relative = 1e-9);
+        body.leave_out(&shape, &[true, false], WhyLeftOut::Unheld);
+        assert_eq!((body.surface.components(), body.pieces()), (1, 1));
         assert_relative_eq!(body.dropped_volume, std::f64::consts::PI / 6.0, max_relative = 0.03);
         assert_relative_eq!(body.volume(), shape.volume() * 8.0 / 9.0, max_relative = 0.01);
         assert!(body.surface.bounds().unwrap().max.x < 1.1);
+        assert!(body.kept_surface.unwrap().bounds().unwrap().max.x < 1.1);
+        assert_relative_eq!(body.left_out[0].centre(), Vec3::new(3.0, 0.0, 0.0), epsilon = 0.02);
     }
 }

@@ -4,6 +4,7 @@ mod assemble;
 mod held;
 mod level_set;
 mod materials;
+mod pieces;
 mod plane;
 mod remesh;
 mod state;
@@ -34,7 +35,6 @@ use crate::sample::{Body, sample};
 use crate::setup::{
     Boundary, Formulation, Load, Probe, RemeshTrigger, Setup, SolidSetup, Units, VectorField,
 };
-use crate::shape::Shape;
 use crate::snapshot::Snapshot;
 use crate::stability::{StepLimit, step_limit};
 use crate::state::State;
@@ -42,6 +42,7 @@ use crate::surface::Surface;
 use crate::tensor::{Mat3, Vec3};
 use assemble::LatticeParticles;
 use held::{Held, with_cut_shape};
+use pieces::LeftOutPlaces;
 use remesh::{SolidRemeshError, Undeformed};
 use std::sync::Arc;
 use surface_reading::{Loading, SurfaceReading};
@@ -78,6 +79,7 @@ pub(super) struct SolidBody {
     fits: SurfaceFits,
     /// Strain and stress on the surface; none in the scheme of the paper.
     reading: Option<SurfaceReading>,
+    left_out: LeftOutPlaces,
 }
 
 /// Fits of the particles around the vertices of the undeformed surface.
@@ -160,14 +162,15 @@ impl SolidBody {
         };
         let mut body = sample(shape, setup.resolution, &alignment)?;
         let dx = body.grid.spacing;
+        pieces::choose(setup, &mut body)?;
         let is_remeshed = setup.remesh.trigger != RemeshTrigger::Never;
         let (undeformed, lattice_particles) = Undeformed::new(shape, &body, is_remeshed);
-        let notes = left_out(&body, shape).into_iter().chain(in_millimetres(setup));
+        let notes = pieces::notes(setup, &body).into_iter().chain(in_millimetres(setup));
         let kept_surface = match shape.dimension() {
-            2 => Some(Arc::new(rim(shape.surface(), dx))),
+            2 => Some(Arc::new(rim(body.boundary_surface(shape), dx))),
             _ => body.kept_surface.take().map(Arc::new),
         };
-        let Body { level_set, surface: zero_surface, cells, fraction, volume, .. } = body;
+        let Body { level_set, surface: zero_surface, cells, fraction, volume, left_out, .. } = body;
         drop((cells, fraction, volume));
         let positions = lattice_particles.positions();
         let surface = kept_surface.as_deref().unwrap_or_else(|| shape.surface());
@@ -188,9 +191,11 @@ impl SolidBody {
             Some(SurfaceReading::new(setup, &held, &quadrature.points(), &zero_surface.vertices, dx)?)
         };
         drop(quadrature);
-        let cloud = Cloud::new(&positions, &lattice_particles.volume, dx).in_dimension(shape.dimension());
+        let cloud = lattice_particles.cloud(&positions, &lattice_particles.volume, dx, shape.dimension());
         let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
+        let left_out = LeftOutPlaces::new(left_out, dx);
         let probe = |(i, p)| {
+            left_out.check_probe(i, p, &positions)?;
             let probe =
                 TaggedProbe::new(i, p, (shape, surface), &positions, &lattice_particles.volume, dx, weights)?;
             Ok(if is_remeshed { probe } else { probe.settled() })
@@ -245,6 +250,7 @@ impl SolidBody {
             probed: Arc::clone(&reference),
             fits: SurfaceFits { reference, ..fits },
             reading,
+            left_out,
         });
         Ok(Parts { model, particles, description })
     }
@@ -272,8 +278,8 @@ impl SolidBody {
     }
 
     /// Particles with these volumes at their reference `positions`.
-    fn cloud_of<'a>(&self, positions: &'a [Vec3], volume: &'a [f64]) -> Cloud<'a> {
-        Cloud::new(positions, volume, self.spacing).in_dimension(self.setup.shape.dimension())
+    fn cloud_of<'a>(&'a self, positions: &'a [Vec3], volume: &'a [f64]) -> Cloud<'a> {
+        self.lattice_particles.cloud(positions, volume, self.spacing, self.setup.shape.dimension())
     }
 
     /// Remeshed particles with their dynamics.
@@ -472,6 +478,7 @@ impl Model for SolidBody {
         let (index, dx) = (self.setup.probes.len(), self.spacing);
         checks::check_quantity(&self.setup, index, probe)?;
         let (positions, volume) = (self.lattice_particles.positions(), &self.lattice_particles.volume);
+        self.left_out.check_probe(index, probe, &positions)?;
         let cloud = self.cloud(&positions);
         let weights = |points: &[Vec3]| PointWeights::new(&cloud, points);
         self.probes.push(TaggedProbe::new(
@@ -522,8 +529,9 @@ impl Model for SolidBody {
         if !Arc::ptr_eq(&self.probed, &reference) {
             let positions = self.lattice_particles.positions();
             let dimension = self.setup.shape.dimension();
-            let cloud = Cloud::new(&positions, &self.lattice_particles.volume, self.spacing)
-                .in_dimension(dimension)
+            let cloud = self
+                .lattice_particles
+                .cloud(&positions, &self.lattice_particles.volume, self.spacing, dimension)
                 .sharp();
             for probe in &mut self.probes {
                 probe.find(particles.len(), |points| PointWeights::new(&cloud, points));
@@ -661,17 +669,6 @@ fn failure(error: &SolidRemeshError, moment: Moment) -> Failure {
                  material"
             .into(),
     }
-}
-
-/// What the user should know about pieces of the body that its largest one does not hang together with.
-fn left_out(body: &Body, shape: &dyn Shape) -> Option<String> {
-    let share = 100.0 * body.dropped_volume / shape.volume();
-    (body.dropped_volume > 0.0).then(|| {
-        format!(
-            "{share:.1} % of the body's volume is left out: on the lattice these pieces do not hang together with \
-             the largest one; a smaller spacing may join them"
-        )
-    })
 }
 
 /// That a body is so large that its coordinates must be millimetres.

@@ -24,36 +24,7 @@ pub struct LoosePiece {
 
 /// The pieces of `solid` whose holds leave a motion as a rigid body.
 pub fn loose_pieces(solid: &Solid) -> Vec<LoosePiece> {
-    pieces(solid).iter().filter_map(|piece| loose(solid, piece)).collect()
-}
-
-/// Particles that hang together by the sums.
-fn pieces(solid: &Solid) -> Vec<Vec<usize>> {
-    let lattice = &solid.lattice;
-    let mut piece_of = vec![usize::MAX; lattice.len()];
-    let mut pieces: Vec<Vec<usize>> = Vec::new();
-    for start in 0..lattice.len() {
-        if piece_of[start] != usize::MAX {
-            continue;
-        }
-        let id = pieces.len();
-        piece_of[start] = id;
-        let mut piece = vec![start];
-        let mut next = 0;
-        while next < piece.len() {
-            for neighbour in &lattice.neighbours {
-                if let Some(b) = lattice.neighbour(piece[next], neighbour)
-                    && piece_of[b] == usize::MAX
-                {
-                    piece_of[b] = id;
-                    piece.push(b);
-                }
-            }
-            next += 1;
-        }
-        pieces.push(piece);
-    }
-    pieces
+    solid.lattice.pieces().iter().filter_map(|piece| loose(solid, piece)).collect()
 }
 
 /// What is free of one piece.

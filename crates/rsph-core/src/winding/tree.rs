@@ -4,6 +4,8 @@ use crate::grid::Bounds;
 use crate::mesh::TriangleMesh;
 use crate::tensor::Vec3;
 
+/// How far, in parts of a triangle, an edge reaches beyond itself.
+const EDGE: f64 = 1e-9;
 /// Triangles of a leaf.
 const LEAF: usize = 8;
 
@@ -115,7 +117,8 @@ fn meets(b: &Bounds, start: &Vec3, inverse: &Vec3) -> bool {
     from <= to
 }
 
-/// Where a segment passes through a triangle (Moeller and Trumbore 1997).
+/// Where a segment passes through a triangle (Moeller and Trumbore 1997). One through an edge that two triangles share passes through
+/// both, whatever rounding does.
 fn passage(corners: &[Vec3; 3], start: &Vec3, along: &Vec3) -> Option<f64> {
     let (e, f) = (corners[1] - corners[0], corners[2] - corners[0]);
     let p = along.cross(&f);
@@ -123,7 +126,7 @@ fn passage(corners: &[Vec3; 3], start: &Vec3, along: &Vec3) -> Option<f64> {
     let s = start - corners[0];
     let q = s.cross(&e);
     let (u, v, at) = (s.dot(&p) / determinant, along.dot(&q) / determinant, f.dot(&q) / determinant);
-    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && (0.0..=1.0).contains(&at)).then_some(at)
+    (u >= -EDGE && v >= -EDGE && u + v <= 1.0 + EDGE && (0.0..=1.0).contains(&at)).then_some(at)
 }
 
 #[cfg(test)]

@@ -141,7 +141,11 @@ pub fn remeshed_body(
         fixed.hold_in_plane(positions.len());
     }
     let solid = |volume: &[f64]| {
-        let lattice = Lattice::new(&sampled.grid, &sampled.cells, smoothing, dimension);
+        let mut lattice = Lattice::new(&sampled.grid, &sampled.cells, smoothing, dimension);
+        if let Some(sight) = &sampled.sight {
+            lattice =
+                lattice.cut(|a, b| sight.is_blocked(&sight.home(&positions[a]), &sight.home(&positions[b])));
+        }
         let folds = Folds::new(&constraints, &boundary, &lattice, moved.is_some());
         let mut solid = Solid::new(lattice, volume, fixed.clone(), Arc::clone(&made.materials[0]), modulus);
         if let Some(cell) = made.cell {
@@ -164,9 +168,10 @@ pub fn remeshed_body(
     let solid = solid(&volume);
     let doubled = solid.lift.folds.doubled(&positions, &volume, spacing);
     let cloud = Cloud::new(&doubled.positions, &doubled.volume, spacing);
-    let cloud = cloud.in_dimension(dimension).for_surface(smoothing);
+    let sight = sampled.sight.as_deref();
+    let cloud = cloud.in_dimension(dimension).for_surface(smoothing).with_sight(sight);
     let fits = |places: &[Vec3]| places.iter().map(|x| cloud.fit_at(x)).collect();
-    let particles = LoadedParticles { particles: &doubled, fits: &fits };
+    let particles = LoadedParticles { particles: &doubled, fits: &fits, sight };
     let held = |x: &Vec3, n: &Vec3| constraints.held_at(x, n);
     let holds = &constraints.holds;
     let surface = SurfaceQuadrature::new(&boundary, dimension, spacing, &particles, holds, &held);

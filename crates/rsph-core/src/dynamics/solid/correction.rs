@@ -86,13 +86,13 @@ pub(super) struct Surroundings<'a> {
 }
 
 /// Whether each cell lies in one of the first [`LAYERS`] from the surface: the first are those that the surface cuts or that
-/// miss one of their 26 neighbours.
+/// miss one of their 26 neighbours or do not see it across a gap.
 pub(super) fn near_surface(lattice: &Lattice, cut: &[bool]) -> Vec<bool> {
     let around = |a: usize| {
         let c = lattice.coordinates(a).map(|x| x as isize);
         (0..27).filter(|k| *k != 13).map(move |k| {
             let o = [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1];
-            lattice.particle(std::array::from_fn(|i| c[i] + o[i]))
+            lattice.particle(std::array::from_fn(|i| c[i] + o[i])).filter(|b| !lattice.cuts.part(a, *b))
         })
     };
     let mut near: Vec<bool> =
@@ -442,10 +442,18 @@ impl<'a> Solver<'a> {
         (0..n).map(|a| Vec3::from_fn(|i, _| best[i * n + a])).collect()
     }
 
-    /// Takes constants and linear fields on the lattice, which H does not feel, out of `r`, as far as `folds` have them.
+    /// Takes constants and linear fields on the lattice, which H does not feel, out of `r` in each piece of the body, as far as `folds`
+    /// have them.
     fn project(&self, r: &mut [f64], is_free: &impl Fn(usize) -> bool, folds: &Folds) {
+        for mut piece in self.lattice.pieces() {
+            piece.sort_unstable();
+            piece.retain(|a| is_free(*a));
+            self.project_piece(r, &piece, folds);
+        }
+    }
+
+    fn project_piece(&self, r: &mut [f64], free: &[usize], folds: &Folds) {
         let n = self.lattice.len();
-        let free: Vec<usize> = (0..n).filter(|a| is_free(*a)).collect();
         let mut middle =
             free.iter().map(|&a| self.lattice.position(a)).sum::<Vec3>() / free.len().max(1) as f64;
         folds.planes().for_each(|(axis, at)| middle[axis] = at);
@@ -466,7 +474,7 @@ impl<'a> Solver<'a> {
             (0..4).filter(|k| there[*k] == 0.0).for_each(|k| moment[(k, k)] = 1.0);
             let Some(inverse) = moment.try_inverse() else { continue };
             let share = inverse * free.iter().map(|&a| basis(a) * r[a]).sum::<Vector4<f64>>();
-            for &a in &free {
+            for &a in free {
                 r[a] -= share.dot(&basis(a));
             }
         }

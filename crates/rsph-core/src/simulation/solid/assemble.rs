@@ -18,13 +18,14 @@ use crate::mls::{Cloud, LinearFit};
 use crate::moments::area_vectors;
 use crate::particles::{Column, Field, Particles};
 use crate::remesh::NodeLattice;
+use crate::sample::Sight;
 use crate::setup::{Load, LoadKind, Setup, SolidSetup};
 use crate::tensor::Vec3;
 use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Tolerance of regions on the surface, in spacings.
-const TOLERANCE: f64 = 1e-3;
+pub(super) const TOLERANCE: f64 = 1e-3;
 
 /// Particles at the nodes of a lattice.
 #[derive(Clone, Debug)]
@@ -37,6 +38,8 @@ pub(super) struct LatticeParticles {
     pub volume: Arc<Vec<f64>>,
     /// Whether the surface cuts the cell of each.
     pub cut: Vec<bool>,
+    /// What sees what across gaps of the surface, if it has any.
+    sight: Option<Arc<Sight>>,
 }
 
 impl LatticeParticles {
@@ -52,7 +55,13 @@ impl LatticeParticles {
             reference: Column::from_vectors(undeformed),
             volume: Arc::new(volume.collect()),
             cut,
+            sight: None,
         }
+    }
+
+    /// The same particles where nothing acts across the gaps that `sight` tells of.
+    pub fn with_sight(self, sight: Option<&Arc<Sight>>) -> Self {
+        Self { sight: sight.cloned(), ..self }
     }
 
     /// `particles` at those nodes.
@@ -62,6 +71,7 @@ impl LatticeParticles {
             reference: particles.column(Field::Reference).clone(),
             volume: particles.column(Field::Volume).share(),
             cut,
+            sight: None,
         }
     }
 
@@ -78,6 +88,17 @@ impl LatticeParticles {
     /// Node of each particle.
     pub fn nodes(&self) -> Vec<[i64; 3]> {
         self.nodes.iter().map(|n| n.map(i64::from)).collect()
+    }
+
+    /// The particles with these volumes at their reference `positions`, that far apart.
+    pub fn cloud<'a>(
+        &'a self,
+        positions: &'a [Vec3],
+        volume: &'a [f64],
+        spacing: f64,
+        dimension: usize,
+    ) -> Cloud<'a> {
+        Cloud::new(positions, volume, spacing).in_dimension(dimension).with_sight(self.sight.as_deref())
     }
 
     /// Where each was in the undeformed body.
@@ -104,8 +125,13 @@ impl LatticeParticles {
         let cells: Vec<[usize; 3]> =
             self.nodes.iter().map(|n| std::array::from_fn(|i| (n[i] - low[i]) as usize)).collect();
         let grid = Grid { origin, spacing: nodes.spacing, cells: size };
-        let lattice = Lattice::new(&grid, &cells, setup.solver.smoothing, setup.shape.dimension());
+        let mut lattice = Lattice::new(&grid, &cells, setup.solver.smoothing, setup.shape.dimension());
         drop(cells);
+        if let Some(sight) = &self.sight {
+            let homes: Vec<Vec3> = self.positions().par_iter().map(|x| sight.home(x)).collect();
+            let near: Vec<bool> = homes.iter().map(|home| sight.is_near(home)).collect();
+            lattice = lattice.cut(|a, b| near[a] && near[b] && sight.is_blocked(&homes[a], &homes[b]));
+        }
         let (mut fixed, material) = (held.fixed(&self.positions())?, Arc::clone(&setup.mechanics.material));
         if setup.shape.dimension() == 2 {
             fixed.hold_in_plane(self.len());
@@ -134,12 +160,12 @@ impl LatticeParticles {
     ) -> SurfaceQuadrature {
         let particles = folds.doubled(&self.positions(), &self.volume, spacing);
         let fits = |places: &[Vec3]| -> Vec<LinearFit> {
-            let cloud = Cloud::new(&particles.positions, &particles.volume, spacing)
-                .in_dimension(setup.shape.dimension())
+            let cloud = self
+                .cloud(&particles.positions, &particles.volume, spacing, setup.shape.dimension())
                 .for_surface(setup.solver.smoothing);
             places.par_iter().map(|x| cloud.fit_at(x)).collect()
         };
-        let particles = LoadedParticles { particles: &particles, fits: &fits };
+        let particles = LoadedParticles { particles: &particles, fits: &fits, sight: self.sight.as_deref() };
         let held_at = |x: &Vec3, n: &Vec3| held.held_at(x, n);
         SurfaceQuadrature::new(surface, setup.shape.dimension(), spacing, &particles, held.holds(), &held_at)
             .on_foundations(&setup.mechanics.foundations, TOLERANCE * spacing, folds)

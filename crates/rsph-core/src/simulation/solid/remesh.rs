@@ -15,7 +15,7 @@ use crate::kernel::RemeshKernel;
 use crate::mesh::TriangleMesh;
 use crate::particles::{Column, Field, Particles};
 use crate::remesh::{Arrived, Carried, NodeLattice, NodeValues, RemeshError, fold};
-use crate::sample::{Body, InsideFraction, MIN_FRACTION, is_cut};
+use crate::sample::{Body, InsideFraction, MIN_FRACTION, Sight, is_cut};
 use crate::setup::{Setup, SolidSetup};
 use crate::shape::Shape;
 use crate::tensor::{Mat3, Vec3};
@@ -54,6 +54,8 @@ pub(super) struct Undeformed {
     volume: f64,
     /// 3, or 2 for a body in the plane.
     dimension: usize,
+    /// What sees what across gaps of the surface, if it has any.
+    pub sight: Option<Arc<Sight>>,
 }
 
 /// Why a solid can not be remeshed.
@@ -148,7 +150,8 @@ impl Arrivals<'_> {
             &places,
             numbers.iter().map(|number| shares.values[*number] * cell),
             body.cut_at(places.iter()),
-        );
+        )
+        .with_sight(body.sight.as_ref());
         (particles, folded.moved[0] * cell)
     }
 
@@ -192,7 +195,8 @@ impl Undeformed {
         let nodes = body.cells.iter().map(|c| c.map(|i| i as i64));
         let undeformed: Vec<Vec3> = body.cells.iter().map(|c| body.grid.centre(*c)).collect();
         let lattice_particles =
-            LatticeParticles::new(nodes, &undeformed, body.volume.iter().copied(), body.cut());
+            LatticeParticles::new(nodes, &undeformed, body.volume.iter().copied(), body.cut())
+                .with_sight(body.sight.as_ref());
         let inside = remeshed.then(|| InsideFraction::new(shape, body));
         (
             Self {
@@ -200,6 +204,7 @@ impl Undeformed {
                 inside,
                 volume: lattice_particles.volume.iter().sum(),
                 dimension: body.dimension,
+                sight: body.sight.clone(),
             },
             lattice_particles,
         )

@@ -44,7 +44,8 @@ pub(super) fn restore(
         let u = state.real_of("body/remesh_displacement", 3 * n)?.to_vec();
         let places: Vec<Vec3> = (0..n).map(|a| reference.vector(a)).collect();
         let cut = body.undeformed.cut_at(places.iter());
-        body.lattice_particles = LatticeParticles::with_columns(nodes.as_chunks::<3>().0, particles, cut);
+        body.lattice_particles = LatticeParticles::with_columns(nodes.as_chunks::<3>().0, particles, cut)
+            .with_sight(body.undeformed.sight.as_ref());
         let (setup, lattice_particles) = (&body.setup, &body.lattice_particles);
         let (mut solid, quadrature) = body
             .undeformed
