@@ -312,7 +312,7 @@ mod tests {
 
     #[test]
     fn bodies_that_touch_are_one_piece_and_those_with_a_gap_are_two() {
-        for (gap, sizes) in [(0.0, vec![35]), (1e-9, vec![35]), (1e-3, vec![27, 8]), (0.3, vec![27, 8])] {
+        for (gap, sizes) in [(0.0, vec![35]), (1e-9, vec![35]), (1e-3, vec![27, 8]), (0.3, vec![27, 12])] {
             let shape = two_boxes(gap);
             let mut sight = Sight::new(shape.surface(), &unit_grid());
             let o = occupy(&shape, unit_grid(), sight.as_mut());

@@ -13,6 +13,9 @@ use crate::tensor::Vec3;
 /// Distance between the places of a surface that are looked at for a hold, in spacings.
 const LOOKOUT: f64 = 0.5;
 
+/// Width of a gap, in spacings, below which it is told of: cells beside it are filled as if there were none.
+const NARROW: f64 = 0.25;
+
 /// Leaves out of `body` the pieces that are not simulated.
 ///
 /// # Errors
@@ -111,6 +114,12 @@ fn about_gaps(setup: &Setup<SolidSetup>, body: &Body) -> Vec<String> {
              off by some per cent; a spacing of {width:.2e} keeps both sides apart",
             body.parted_cells.len(),
             place(cell),
+        ));
+    } else if width < NARROW * body.grid.spacing {
+        notes.push(format!(
+            "parts of the surface face each other across less than a quarter of a spacing, {width:.2e} at {at}: nothing acts across the gap, \
+             but what bends beside it may be off by some per cent; a spacing of {:.2e} resolves it",
+            width / NARROW,
         ));
     }
     if setup.remesh.trigger != RemeshTrigger::Never {
