@@ -25,7 +25,8 @@ pub struct Cuts {
     pairs: Vec<(u32, u32)>,
     /// The first pair of every tile, and their number; nothing if there are none.
     starts: Vec<u32>,
-    cuts: Vec<Cut>,
+    /// The neighbours that the particles of each tile do not see.
+    unseen: Vec<Cut>,
 }
 
 impl Cuts {
@@ -48,11 +49,13 @@ impl Cuts {
             .collect();
         placed.sort_by_key(|(tile, _)| *tile);
         let mut starts = vec![0; tiles.len() + 1];
-        placed.iter().for_each(|(tile, _)| starts[tile + 1] += 1);
+        for (tile, _) in &placed {
+            starts[tile + 1] += 1;
+        }
         for t in 0..tiles.len() {
             starts[t + 1] += starts[t];
         }
-        Self { pairs, starts, cuts: placed.into_iter().map(|(_, cut)| cut).collect() }
+        Self { pairs, starts, unseen: placed.into_iter().map(|(_, cut)| cut).collect() }
     }
 
     /// Whether there are none.
@@ -71,7 +74,7 @@ impl Cuts {
         if self.starts.is_empty() {
             return &[];
         }
-        &self.cuts[self.starts[t] as usize..self.starts[t + 1] as usize]
+        &self.unseen[self.starts[t] as usize..self.starts[t + 1] as usize]
     }
 
     /// Whether particle `a` has a neighbour that it does not see.

@@ -34,7 +34,7 @@ pub(super) fn cell_pieces(sight: &Sight, centre: &Vec3, spacing: f64, fraction: 
     let mut any = false;
     let stride = [1, FINE, FINE * FINE];
     for axis in 0..3 {
-        for first in (0..PLACES).filter(|k| k / stride[axis] % FINE == 0) {
+        for first in (0..PLACES).filter(|k| (k / stride[axis]).is_multiple_of(FINE)) {
             let start = place(first);
             let end = start + Vec3::ith(axis, (FINE - 1) as f64 * step);
             let passages = sight.passages(&start, &end);
