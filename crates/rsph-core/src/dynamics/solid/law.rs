@@ -357,6 +357,15 @@ impl Solid {
         sums
     }
 
+    /// The sum over particles of the first component of the tiled field `pair`.
+    pub(super) fn sum_of_particles(&self) -> f64 {
+        let of = |a: usize| {
+            let (t, lane) = self.lattice.tiles.place(a);
+            self.work.pair[t * PAIR_COMPONENTS].0[lane]
+        };
+        (0..self.len()).map(of).sum()
+    }
+
     /// Solid energy with the displacement u, that of hourglass term and held faces included, when moved faces have gone that
     /// share of their way up to time `t`; infinite where the body is turned inside out.
     pub fn elastic_energy(&mut self, t: f64, share: f64, u: &[f64]) -> f64 {
@@ -375,12 +384,6 @@ impl Solid {
             out
         });
         self.contrast = contrast;
-        let of_particles: f64 = (0..self.len())
-            .map(|a| {
-                let (t, lane) = self.lattice.tiles.place(a);
-                self.work.pair[t * PAIR_COMPONENTS].0[lane]
-            })
-            .sum();
-        of_particles + self.lift.energy() + kappa * self.lift.folds.energy()
+        self.sum_of_particles() + self.lift.energy() + kappa * self.lift.folds.energy()
     }
 }

@@ -378,7 +378,7 @@ impl Solid {
             out[0] = sums.volume * energy.sum::<f64>();
             out
         });
-        self.gather_pair(0..1).iter().sum()
+        self.sum_of_particles()
     }
 }
 
