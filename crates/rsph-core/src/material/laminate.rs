@@ -120,7 +120,7 @@ impl Laminate<'_> {
                 None => mismatch * (-1.0 / acoustic.norm().max(f64::MIN_POSITIVE)),
             };
             // As long as it lowers the energy, but for rounding.
-            let slack = 1e-13 * energy.abs();
+            let slack = 1e-13 * (energy.abs() + acoustic.norm());
             let mut shorter = (0..MAX_HALVINGS).map(|k| jump + step * 0.5_f64.powi(k)).map(|jump| {
                 let layers = self.interface.gradients(f, &jump);
                 (jump, layers, self.layer_energy(&layers))
@@ -176,7 +176,7 @@ mod tests {
     }
 
     fn laminate(of: [&dyn FiniteStrain; 2]) -> Laminate<'_> {
-        let layers = of.map(|law| Scaled { law, factor: 1.0 });
+        let layers = of.map(|law| Scaled { law, factor: 1.0, turn: None });
         Laminate { interface: interface(), layers, shear_modulus: 1.0 }
     }
 
