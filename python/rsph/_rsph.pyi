@@ -86,6 +86,7 @@ class Simulation:
         displacement: Callable[[_Array], Any] | None = None,
         velocity: Callable[[_Array], Any] | None = None,
         moduli: list[tuple[int, Callable[[_Array], Any]]] = ...,
+        fibres: list[tuple[int, Callable[[_Array], Any]]] = ...,
     ) -> Simulation: ...
     @staticmethod
     def from_toml(path: str, sets: list[str]) -> Simulation: ...

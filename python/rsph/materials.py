@@ -18,11 +18,13 @@ from rsph._loading import STRESS_KINDS, component, is_isotropic, modes_of, one_o
 from rsph._relaxation import Relaxation, from_relaxation
 from rsph._scenario import check, scenario, without_none
 from rsph.errors import InputError
+from rsph.fields import table_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from rsph._fit import Array
+    from rsph.fields import Field
     from rsph.regions import Region
     from rsph.shapes import Shape
 
@@ -189,6 +191,9 @@ class Part:
         modulus: Young's modulus at small strain as a field to which the law is scaled: a function
             of positions, shape (N, 3), that returns N moduli (Pa), or a table
             ``{"path": "elastography.nii.gz", "factor": 1000.0}`` of an image as in a scenario.
+        fibres: direction of its fibres as a field of :mod:`rsph.fields`, such as a rotation for
+            fibres around an axis, or a function of positions, shape (N, 3), that returns N vectors
+            of any length but zero. The material is turned so that its ``fibre`` points there.
     """
 
     material: Material
@@ -196,6 +201,7 @@ class Part:
     region: Region | None = None
     shape: Shape | None = None
     modulus: Callable[[npt.NDArray[np.float64]], npt.ArrayLike] | Mapping[str, Any] | None = None
+    fibres: Field | None = None
 
     def _as_table(self) -> dict[str, object]:
         table = without_none(
@@ -203,6 +209,7 @@ class Part:
             region=None if self.region is None else self.region._as_table(),
             shape=None if self.shape is None else self.shape._as_table(),
             modulus=None if callable(self.modulus) else self.modulus,
+            fibres=table_of("material.fibres", self.fibres),
         )
         return self.material._as_table() | table
 

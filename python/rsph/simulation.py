@@ -228,6 +228,7 @@ class Simulation:
                 function_of(initial_displacement),
                 function_of(initial_velocity),
                 [(k, part.modulus) for k, part in enumerate(parts) if callable(part.modulus)],
+                [(k, part.fibres) for k, part in enumerate(parts) if callable(part.fibres)],
             )
         )
         if custom:

@@ -150,3 +150,37 @@ def test_a_named_boundary_tells_its_force():
     assert sim.probes()["upper_force_z"] == pytest.approx(2.0, rel=1e-6)
     with pytest.raises(rsph.InputError, match="density"):
         sim.set_material(rsph.materials.KelvinVoigt(density=900.0, **stiffer))
+
+
+def test_fibres_along_a_field():
+    def around(x):
+        return np.stack([-x[:, 1], x[:, 0], np.zeros(len(x))], axis=1)
+
+    def inflated(fibres):
+        fibred = rsph.materials.HolzapfelGasserOgden(
+            density=1000.0,
+            shear_modulus=1e4,
+            k1=5e4,
+            k2=1.0,
+            fibre=(1.0, 0.0, 0.0),
+            poisson_ratio=0.45,
+        )
+        part = rsph.materials.Part(material=fibred, fibres=fibres)
+        sim = rsph.Simulation(
+            shape=rsph.shapes.Box(size=(0.1, 0.1, 0.1), corner=(0.05, 0.0, 0.0)),
+            spacing=0.02,
+            material=part,
+            boundaries=[
+                rsph.boundaries.Clamp(region=rsph.regions.plane(axis="z", at=0.0, side="below"))
+            ],
+            loads=[rsph.loads.BodyForce(acceleration=(30.0, 0.0, 0.0))],
+        )
+        sim.solve_static()
+        return sim.snapshot().displacement
+
+    function = inflated(around)
+    rotation = inflated(rsph.fields.Rotation(rate=(0.0, 0.0, 2.0)))
+    np.testing.assert_allclose(function, rotation, atol=1e-9)
+    assert not np.allclose(function, inflated(None), rtol=0.05)
+    with pytest.raises(rsph.InputError, match=r"material\.fibres"):
+        inflated((0.0, 0.0, 0.0))

@@ -47,7 +47,13 @@ fn cube(law: fn(f64) -> Arc<dyn Material>, several: bool, kind: LoadKind) -> Sim
     solid.loads = vec![Load { kind, curve: Curve::default() }];
     if several {
         let place = Arc::new(Region::Ball { centre: Vec3::repeat(0.5), radius: 0.3 });
-        solid.parts.push(MaterialPart { name: "stiff".into(), material: law(1000.0), modulus: None, place });
+        solid.parts.push(MaterialPart {
+            name: "stiff".into(),
+            material: law(1000.0),
+            modulus: None,
+            fibres: None,
+            place,
+        });
     }
     let shape = Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap());
     let setup = Setup::new(shape, Resolution::Particles(1000), solid);

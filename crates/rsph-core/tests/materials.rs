@@ -10,7 +10,7 @@ use rsph_core::region::{Axis, Region, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{
     Boundary, Curve, Fix, Load, LoadKind, MaterialPart, ModulusField, Motion, Probe, Quantity, Setup,
-    SolidSetup, Units,
+    SolidSetup, Units, VectorField,
 };
 use rsph_core::shape::BoxShape;
 use rsph_core::simulation::Simulation;
@@ -31,18 +31,23 @@ fn rubber(e: f64, nu: f64) -> Arc<dyn Material> {
 
 /// Two materials on the two sides of an oblique plane, their moduli growing along x.
 fn oblique(x: &Vec3, spacing: f64) -> Composition {
+    let turn = |angle: f64| *nalgebra::Rotation3::from_axis_angle(&Vec3::z_axis(), angle).matrix();
+    let turns = Some([turn(x.y), turn(2.0 * x.x)]);
     let normal = Vec3::new(1.0, 0.5, -0.7).normalize();
     let share = 0.5 - (x - Vec3::repeat(0.37)).dot(&normal) / spacing;
     let factors = [1.0 + x.x; 2];
     match share {
-        s if s >= 1.0 => Composition { factors, ..Composition::pure(0, 1.0) },
-        s if s <= 0.0 => Composition { factors, ..Composition::pure(1, 1.0) },
-        s if s >= 0.5 => {
-            Composition { materials: [0, 1], factors, interface: Some(Interface { share: s, normal }) }
-        }
+        s if s >= 1.0 => Composition { factors, turns, ..Composition::pure(0, 1.0) },
+        s if s <= 0.0 => Composition { factors, turns, ..Composition::pure(1, 1.0) },
+        s if s >= 0.5 => Composition {
+            materials: [0, 1],
+            factors,
+            turns: None,
+            interface: Some(Interface { share: s, normal }),
+        },
         s => {
             let interface = Interface { share: 1.0 - s, normal: -normal };
-            Composition { materials: [1, 0], factors, interface: Some(interface) }
+            Composition { materials: [1, 0], factors, turns, interface: Some(interface) }
         }
     }
 }
@@ -61,8 +66,12 @@ fn body(materials: Vec<Arc<dyn Material>>, at: f64, remeshed: bool) -> TestBody 
     remeshed_body(made, shape, Resolution::Spacing(0.15), (0.8, 1.0), &boundaries, moved)
 }
 
-fn pairs() -> [Vec<Arc<dyn Material>>; 3] {
+/// The pair of laws with fibres.
+const FIBRES: usize = 0;
+
+fn pairs() -> [Vec<Arc<dyn Material>>; 4] {
     [
+        vec![with_fibres([1.0, 0.0, 0.0]), with_fibres([0.0, 1.0, 0.0])],
         vec![linear(100.0, 0.3, 0.1), linear(1000.0, 0.45, 0.1)],
         vec![rubber(100.0, 0.45), rubber(1000.0, 0.3)],
         vec![rubber(100.0, 0.3), linear(1000.0, 0.3, 0.3)],
@@ -79,6 +88,10 @@ fn force_is_minus_the_derivative_of_the_energy_and_the_tangent_that_of_the_force
             let mut u: Vec<f64> = noise.column(n).iter().map(|x| 0.03 * body.spacing * x).collect();
             for (a, x) in body.positions.iter().enumerate() {
                 u[2 * n / 3 + a] += 0.1 * (x.z - at) * x.x;
+                if k == FIBRES {
+                    // Stretched everywhere: a fibre that gives way has a kink.
+                    (u[a], u[n / 3 + a]) = (u[a] + 0.4 * x.x, u[n / 3 + a] + 0.4 * x.y);
+                }
             }
             let mut direction = noise.column(n);
             body.solid.fixed.zero(&mut direction, n / 3);
@@ -112,7 +125,7 @@ fn the_same_material_twice_is_that_material() {
     let clamp =
         [Boundary { name: None, region: face(Axis::Z, 0.0, Side::Below), fix: Fix::ALL, motion: None }];
     let half: fn(&Vec3, f64) -> Composition =
-        |x, spacing| Composition { factors: [1.0; 2], ..oblique(x, spacing) };
+        |x, spacing| Composition { factors: [1.0; 2], turns: None, ..oblique(x, spacing) };
     for material in [linear(100.0, 0.3, 0.1), rubber(100.0, 0.45)] {
         let of = |made: Made| {
             remeshed_body(made, shape.clone(), Resolution::Spacing(0.1), (0.8, 1.0), &clamp, None).solid
@@ -132,6 +145,68 @@ fn the_same_material_twice_is_that_material() {
     }
 }
 
+fn with_fibres(fibre: [f64; 3]) -> Arc<dyn Material> {
+    let model = rsph_core::material::model("holzapfel-gasser-ogden").unwrap();
+    let value = |key: &str| {
+        Some(match key {
+            "density" | "k2" => vec![1.0],
+            "shear_modulus" => vec![30.0],
+            "k1" => vec![100.0],
+            "dispersion" => vec![0.05],
+            "fibre" => fibre.to_vec(),
+            "poisson_ratio" => vec![0.4],
+            _ => return None,
+        })
+    };
+    model.make(value).unwrap()
+}
+
+/// A field of one direction is that direction, in force, tangent, stress and on the surface.
+#[test]
+fn fibres_along_a_field_are_those_of_a_material_turned() {
+    let along = Vec3::new(-0.6, 0.48, 0.64);
+    let run = |fibre: [f64; 3], fibres: Option<VectorField>| {
+        let shape = Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap());
+        let mut setup = Setup::new(shape, Resolution::Spacing(0.2), SolidSetup::new(with_fibres(fibre)));
+        setup.units = Units::Normalised;
+        setup.mechanics.fibres = fibres;
+        setup.mechanics.boundaries.push(common::clamp());
+        let traction = Vec3::new(5.0, 3.0, 20.0);
+        let kind = LoadKind::Traction { region: face(Axis::Z, 1.0, Side::Above), traction };
+        setup.mechanics.loads.push(Load { kind, curve: Curve::default() });
+        let mut simulation = Simulation::new(setup).unwrap();
+        simulation.solve_static(0.0, &mut |_, _| true).unwrap();
+        let snapshot = simulation.snapshot();
+        let surface = simulation.surface(&snapshot);
+        let stress = surface.fields.iter().find(|field| field.name == "stress").unwrap().values.clone();
+        (snapshot.column(Field::Displacement).values().to_vec(), stress)
+    };
+    let exact = run(along.into(), None);
+    let field = VectorField::Function(Arc::new(move |x: &[Vec3]| vec![along * -3.0; x.len()]));
+    for found in [run([1.0, 0.0, 0.0], Some(field.clone())), run([0.0, 0.0, 1.0], Some(field))] {
+        for (found, exact) in [(found.0, &exact.0), (found.1, &exact.1)] {
+            let off = found.iter().zip(exact).map(|(f, e)| (f - e).abs()).fold(0.0, f64::max);
+            let size = exact.iter().map(|e| e.abs()).fold(0.0, f64::max);
+            assert!(off < 1e-5 * size, "{off} {size}");
+        }
+    }
+}
+
+#[test]
+fn a_field_of_fibres_needs_fibres_and_a_direction_everywhere() {
+    let refused = |material: Arc<dyn Material>, field: VectorField| {
+        let shape = Arc::new(BoxShape::new(Vec3::repeat(1.0), Vec3::zeros()).unwrap());
+        let mut setup = Setup::new(shape, Resolution::Spacing(0.25), SolidSetup::new(material));
+        setup.mechanics.fibres = Some(field);
+        let error = Simulation::new(setup).unwrap_err();
+        assert_eq!(error.key, "material.fibres");
+        error.to_string()
+    };
+    let around = VectorField::Rotation { rate: Vec3::z(), centre: Vec3::new(0.375, 0.375, 0.0) };
+    assert!(refused(rubber(10.0, 0.3), around.clone()).contains("has no fibres"));
+    assert!(refused(with_fibres([1.0, 0.0, 0.0]), around).contains("no direction"));
+}
+
 /// A bar of length 1 that is pulled along x, with rollers on the faces across y and z where the materials are in series.
 fn bar(rest: Arc<dyn Material>, other: Arc<dyn Material>, place: Region, sides: bool) -> Setup<SolidSetup> {
     let shape = Arc::new(BoxShape::new(Vec3::new(1.0, 0.25, 0.25), Vec3::zeros()).unwrap());
@@ -142,6 +217,7 @@ fn bar(rest: Arc<dyn Material>, other: Arc<dyn Material>, place: Region, sides: 
         name: "other".into(),
         material: other,
         modulus: None,
+        fibres: None,
         place: Arc::new(place),
     });
     let roller = |axis, at, side| Boundary {

@@ -274,6 +274,7 @@ fn setup_beam(scheme: Scheme, step: f64, remesh: RemeshTrigger) -> Setup<SolidSe
         name: "core".into(),
         material: relaxing(rubber(), &SERIES[..1]),
         modulus: None,
+        fibres: None,
         place: Arc::new(face(Axis::X, 0.5, Side::Above)),
     };
     let mut setup = Setup {

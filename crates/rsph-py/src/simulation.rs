@@ -117,9 +117,9 @@ impl Listener<'_> {
 #[pymethods]
 impl Simulation {
     /// From the TOML text of a scenario, the shape of the body, and Python functions for the initial
-    /// values that the text does not give and for the moduli of materials, by their numbers.
+    /// values that the text does not give and for the moduli and fibres of materials, by their numbers.
     #[new]
-    #[pyo3(signature = (scenario, shape, displacement=None, velocity=None, moduli=vec![]))]
+    #[pyo3(signature = (scenario, shape, displacement=None, velocity=None, moduli=vec![], fibres=vec![]))]
     fn new(
         py: Python<'_>,
         scenario: String,
@@ -127,6 +127,7 @@ impl Simulation {
         displacement: Option<Py<PyAny>>,
         velocity: Option<Py<PyAny>>,
         moduli: Vec<(usize, Py<PyAny>)>,
+        fibres: Vec<(usize, Py<PyAny>)>,
     ) -> PyResult<Self> {
         let mut setup = scenario::setup(scenario, shape)?;
         let trouble = Trouble::default();
@@ -145,6 +146,18 @@ impl Simulation {
                 Some(k) => {
                     if let Some(part) = solid.parts.get_mut(k) {
                         part.modulus = modulus;
+                    }
+                }
+            }
+        }
+        for (k, f) in fibres {
+            let fibres = Some(field("fibres", f));
+            let Some(solid) = setup.solid_mut() else { continue };
+            match k.checked_sub(1) {
+                None => solid.fibres = fibres,
+                Some(k) => {
+                    if let Some(part) = solid.parts.get_mut(k) {
+                        part.fibres = fibres;
                     }
                 }
             }

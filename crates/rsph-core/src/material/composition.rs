@@ -13,6 +13,8 @@ pub struct Composition {
     pub materials: [u16; 2],
     /// By how much their moduli are multiplied.
     pub factors: [f64; 2],
+    /// Rotations by which they are turned in the undeformed body, those of fibres; `None`: they are not.
+    pub turns: Option<[Mat3; 2]>,
     /// Where they meet; `None`: there is one.
     pub interface: Option<Interface>,
 }
@@ -20,7 +22,12 @@ pub struct Composition {
 impl Composition {
     /// One material with moduli times `factor`.
     pub fn pure(material: u16, factor: f64) -> Self {
-        Self { materials: [material; 2], factors: [factor; 2], interface: None }
+        Self { materials: [material; 2], factors: [factor; 2], turns: None, interface: None }
+    }
+
+    /// Whether it is one material that is not turned.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.interface.is_none() && self.turns.is_none()
     }
 
     /// Volume fractions of the two materials.
@@ -61,16 +68,19 @@ impl MaterialSet {
 
     /// Stiffness of a cell in the undeformed state.
     pub(crate) fn stiffness(&self, cell: &Composition) -> Stiffness {
-        let of = |k: usize| *self.stiffness_of(cell.materials[k]) * cell.factors[k];
+        let of = |k: usize| {
+            let stiffness = *self.stiffness_of(cell.materials[k]) * cell.factors[k];
+            cell.turns.map_or(stiffness, |turns| stiffness.turned(&turns[k]))
+        };
         cell.interface.map_or_else(|| of(0), |interface| interface.stiffness([&of(0), &of(1)]))
     }
 
     /// C : e of a cell, with its stiffness C in the undeformed state.
     pub(crate) fn hooke(&self, cell: &Composition, strain: SymTensor) -> SymTensor {
-        match cell.interface {
-            None => self.stiffness_of(cell.materials[0]).stress(strain) * cell.factors[0],
-            Some(_) => self.stiffness(cell).stress(strain),
+        if cell.is_plain() {
+            return self.stiffness_of(cell.materials[0]).stress(strain) * cell.factors[0];
         }
+        self.stiffness(cell).stress(strain)
     }
 
     /// The smaller of the Young's moduli of a cell's materials (Pa).
@@ -86,7 +96,8 @@ impl MaterialSet {
     }
 
     fn scaled(&self, cell: &Composition, k: usize) -> Scaled<'_> {
-        Scaled { law: self.law(cell.materials[k]), factor: cell.factors[k] }
+        let turn = cell.turns.map(|turns| turns[k]);
+        Scaled { law: self.law(cell.materials[k]), factor: cell.factors[k], turn }
     }
 
     /// The laminate of a cell, if it is one.

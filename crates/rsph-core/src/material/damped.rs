@@ -1,8 +1,8 @@
 //! A law at any strain as a material: with its density, and Kelvin-Voigt damping.
 
 use super::{FiniteStrain, Hyperelastic, KelvinVoigt, Law, Material, damping};
-use crate::tensor::Mat3;
 use crate::tensor::lanes::{Tensor, Tensors};
+use crate::tensor::{Mat3, Vec3};
 
 /// A material whose stress is that of `law`, with the damping of a Kelvin-Voigt solid of the same stiffness at small strain.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +30,10 @@ impl<L: Hyperelastic> Material for Damped<L> {
 
     fn law(&self) -> Law<'_> {
         Law::FiniteStrain(self)
+    }
+
+    fn fibre(&self) -> Option<Vec3> {
+        self.law.fibre()
     }
 }
 

@@ -18,6 +18,8 @@ pub struct FibreEnergy {
     k1: f64,
     k2: f64,
     dispersion: f64,
+    /// Direction of the first family.
+    direction: Vec3,
     /// Directions of the families, a (x) a.
     fibres: [Mat3; 2],
 }
@@ -95,8 +97,8 @@ pub(super) const MODEL: Model = Model {
         let second = v.list("second_fibre");
         let second = if second.is_empty() { first } else { direction("material.second_fibre", second)? };
         let ground = Isochoric { invariants: Ground { mu }, bulk_modulus: small.bulk_modulus() };
-        let law =
-            FibreEnergy { ground, k1, k2, dispersion, fibres: [first, second].map(|a| a * a.transpose()) };
+        let fibres = [first, second].map(|a| a * a.transpose());
+        let law = FibreEnergy { ground, k1, k2, dispersion, direction: first, fibres };
         Ok(Arc::new(HolzapfelGasserOgden { name: MODEL.name, small, law }))
     },
 };
@@ -159,6 +161,10 @@ impl FibreEnergy {
 }
 
 impl Formula for FibreEnergy {
+    fn fibre(&self) -> Option<Vec3> {
+        Some(self.direction)
+    }
+
     fn energy(&self, f: &Mat3) -> f64 {
         let ground = self.ground.energy(f);
         if !ground.is_finite() {

@@ -1,7 +1,7 @@
 //! Energies at any strain, with the stress and the tangent that follow from them.
 
-use crate::tensor::Mat3;
 use crate::tensor::lanes::{Real, Tensor, Tensors};
+use crate::tensor::{Mat3, Vec3};
 use pulp::{Arch, Simd, WithSimd};
 use std::fmt::Debug;
 
@@ -18,6 +18,11 @@ pub trait Hyperelastic: Debug + Send + Sync {
 
     /// Change of P when F changes by `df`: (d2W/dF2) dF.
     fn tangent(&self, f: &Mat3, df: &Mat3) -> Mat3;
+
+    /// Direction of its fibres, a unit vector; `None` if it has none.
+    fn fibre(&self) -> Option<Vec3> {
+        None
+    }
 
     /// P of the first `count` particles.
     fn stresses(&self, count: usize, f: &Tensors, piola: &mut Tensors) {
@@ -44,6 +49,11 @@ pub trait Formula: Debug + Send + Sync {
 
     /// [`Hyperelastic::tangent`].
     fn tangent<T: Real>(&self, f: &Tensor<T>, df: &Tensor<T>) -> Tensor<T>;
+
+    /// [`Hyperelastic::fibre`].
+    fn fibre(&self) -> Option<Vec3> {
+        None
+    }
 }
 
 impl<L: Formula> Hyperelastic for L {
@@ -57,6 +67,10 @@ impl<L: Formula> Hyperelastic for L {
 
     fn tangent(&self, f: &Mat3, df: &Mat3) -> Mat3 {
         Formula::tangent(self, &Tensor::from(f), &Tensor::from(df)).into()
+    }
+
+    fn fibre(&self) -> Option<Vec3> {
+        Formula::fibre(self)
     }
 
     fn stresses(&self, _: usize, f: &Tensors, piola: &mut Tensors) {

@@ -44,7 +44,7 @@ pub(crate) use scaled::Scaled;
 pub use veronda_westmann::VerondaWestmann;
 pub use yeoh::Yeoh;
 
-use crate::tensor::{Mat3, SymTensor};
+use crate::tensor::{Mat3, SymTensor, Vec3};
 use model::{ISOTROPIC, TISSUE, tissue};
 use std::fmt::Debug;
 
@@ -62,7 +62,7 @@ pub trait Material: Debug + Send + Sync {
     fn stiffness(&self) -> Stiffness {
         self.law().stiffness()
     }
-    /// Young's modulus (Pa) in the undeformed state, the mean of those along the axes where they differ: the scale of
+    /// Young's modulus (Pa) in the undeformed state, that of a mean over all directions where they differ: the scale of
     /// the hourglass term and of penalties.
     fn young_modulus(&self) -> f64 {
         self.stiffness().young_modulus()
@@ -78,6 +78,10 @@ pub trait Material: Debug + Send + Sync {
     /// Terms of the Prony series by which the stress relaxes to that of the law; none if it does not.
     fn prony(&self) -> &[PronyTerm] {
         &[]
+    }
+    /// Direction of its fibres, a unit vector; `None` if it has none.
+    fn fibre(&self) -> Option<Vec3> {
+        None
     }
     /// What deformation it is for.
     fn range(&self) -> Range {
@@ -205,6 +209,15 @@ impl Stiffness {
         0.5 * self.stress(strain).double_dot(strain)
     }
 
+    /// The stiffness of the material turned by the rotation R: R (C : (R^T e R)) R^T.
+    #[must_use]
+    pub fn turned(&self, turn: &Mat3) -> Self {
+        Self::of(|strain| {
+            let strain = SymTensor::symmetric_part(&(turn.transpose() * strain.to_matrix() * turn));
+            SymTensor::symmetric_part(&(turn * self.stress(strain).to_matrix() * turn.transpose()))
+        })
+    }
+
     /// Strain at a stress, C^-1 : sigma; zero where C has no inverse.
     pub fn strain(&self, stress: SymTensor) -> SymTensor {
         let matrix = nalgebra::Matrix6::from_fn(|i, j| self.0[i][j]);
@@ -212,10 +225,14 @@ impl Stiffness {
         SymTensor((inverse * nalgebra::Vector6::from(stress.0)).into())
     }
 
-    /// Young's modulus (Pa), the mean of those along the axes.
+    /// Young's modulus (Pa) of the isotropic material that is as stiff in the mean over all directions (Voigt): it does not change where
+    /// the material is turned.
     pub fn young_modulus(&self) -> f64 {
-        let normal = Mat3::from_fn(|i, j| self.0[i][j]);
-        3.0 / normal.try_inverse().map_or(f64::INFINITY, |compliance| compliance.trace())
+        let c = &self.0;
+        let of_volume: f64 = c[..3].iter().flat_map(|row| &row[..3]).sum();
+        let along = c[0][0] + c[1][1] + c[2][2] + c[3][3] + c[4][4] + c[5][5];
+        let (bulk, shear) = (of_volume / 9.0, (along - of_volume / 3.0) / 10.0);
+        9.0 * bulk * shear / (3.0 * bulk + shear)
     }
 
     /// P-wave modulus (Pa), the largest of those along the axes.

@@ -19,7 +19,7 @@
 
 use super::{FiniteStrain, Law, Material, Parameter, Range, Stiffness, model::Kind};
 use crate::error::InvalidInput;
-use crate::tensor::{Mat3, SymTensor};
+use crate::tensor::{Mat3, SymTensor, Vec3};
 use std::sync::Arc;
 
 /// Most terms of a series.
@@ -134,6 +134,10 @@ impl Material for Relaxing {
     fn prony(&self) -> &[PronyTerm] {
         &self.terms
     }
+
+    fn fibre(&self) -> Option<Vec3> {
+        self.material.fibre()
+    }
 }
 
 /// Second Piola-Kirchhoff stress S = F^-1 P of a law; `None` where F has no inverse.
@@ -191,7 +195,7 @@ mod tests {
     fn a_spring_holds_all_that_its_dashpot_did_not_take() {
         let material = NeoHookean::new(1.0, 10.0, 0.45, 0.0).unwrap();
         let law = material.law().finite_strain().unwrap();
-        let turn = *nalgebra::Rotation3::from_scaled_axis(crate::tensor::Vec3::new(0.4, 1.0, -0.7)).matrix();
+        let turn = *nalgebra::Rotation3::from_scaled_axis(Vec3::new(0.4, 1.0, -0.7)).matrix();
         let f = turn * Mat3::new(1.3, -0.3, 0.2, 0.05, 0.9, -0.1, 0.4, 0.15, 0.8);
         assert!((energy_beyond(law, &f, &Mat3::zeros()).unwrap() - law.energy(&f)).abs() < 1e-12);
         let of_f = second_piola(law, &f).unwrap().to_matrix();
@@ -204,7 +208,7 @@ mod tests {
         let power = (law.first_piola(&f) - f * relaxed).dot(&df);
         assert!(((after - before) / (2.0 * power) - 1.0).abs() < 1e-7);
         // Squeezed at once and let go slowly.
-        let squeezed = Mat3::from_diagonal(&crate::tensor::Vec3::new(1.2, 1.2, 0.5));
+        let squeezed = Mat3::from_diagonal(&Vec3::new(1.2, 1.2, 0.5));
         let relaxed = second_piola(law, &squeezed).unwrap().to_matrix();
         assert!(energy_beyond(law, &Mat3::identity(), &relaxed).unwrap() > 0.0);
     }

@@ -53,27 +53,42 @@ impl AnyLaw {
     }
 }
 
-/// A law whose moduli are multiplied by a factor, its viscosity with them.
+/// A law whose moduli are multiplied by a factor, its viscosity with them, of a material that is turned by a rotation R in the
+/// undeformed body: W(F R), P(F R) R^T.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scaled<'a> {
     pub(crate) law: &'a dyn FiniteStrain,
     pub(crate) factor: f64,
+    /// R; `None`: the unit tensor.
+    pub(crate) turn: Option<Mat3>,
+}
+
+impl Scaled<'_> {
+    /// F R.
+    fn in_material(&self, f: &Mat3) -> Mat3 {
+        self.turn.map_or(*f, |turn| f * turn)
+    }
+
+    /// P R^T, times the factor.
+    fn in_body(&self, piola: Mat3) -> Mat3 {
+        self.turn.map_or(piola, |turn| piola * turn.transpose()) * self.factor
+    }
 }
 
 impl FiniteStrain for Scaled<'_> {
     fn energy(&self, f: &Mat3) -> f64 {
-        self.law.energy(f) * self.factor
+        self.law.energy(&self.in_material(f)) * self.factor
     }
 
     fn first_piola(&self, f: &Mat3) -> Mat3 {
-        self.law.first_piola(f) * self.factor
+        self.in_body(self.law.first_piola(&self.in_material(f)))
     }
 
     fn tangent(&self, f: &Mat3, df: &Mat3) -> Mat3 {
-        self.law.tangent(f, df) * self.factor
+        self.in_body(self.law.tangent(&self.in_material(f), &self.in_material(df)))
     }
 
     fn viscous_piola(&self, f: &Mat3, f_rate: &Mat3) -> Mat3 {
-        self.law.viscous_piola(f, f_rate) * self.factor
+        self.in_body(self.law.viscous_piola(&self.in_material(f), &self.in_material(f_rate)))
     }
 }

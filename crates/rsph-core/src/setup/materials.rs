@@ -4,6 +4,7 @@ use crate::material::Material;
 use crate::region::Region;
 use crate::shape::Shape;
 use crate::tensor::Vec3;
+use crate::vector_field::VectorField;
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -51,6 +52,8 @@ pub struct MaterialPart {
     pub material: Arc<dyn Material>,
     /// Its modulus where that differs from place to place.
     pub modulus: Option<ModulusField>,
+    /// Direction of its fibres where that differs from place to place; of any length but zero.
+    pub fibres: Option<VectorField>,
     /// Where.
     pub place: Arc<dyn Place>,
 }

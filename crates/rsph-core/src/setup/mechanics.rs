@@ -4,6 +4,7 @@ use super::{Boundary, Foundation, InteractionSetting, Load, MaterialPart, Modulu
 use crate::flow::Flow;
 use crate::kernel::RemeshKernel;
 use crate::material::Material;
+use crate::vector_field::VectorField;
 use std::sync::Arc;
 
 /// What moves the particles.
@@ -26,6 +27,8 @@ pub struct SolidSetup {
     pub material_name: String,
     /// Its modulus where that differs from place to place.
     pub modulus: Option<ModulusField>,
+    /// Direction of its fibres where that differs from place to place; of any length but zero.
+    pub fibres: Option<VectorField>,
     /// Other materials by place; each lies over those before it.
     pub parts: Vec<MaterialPart>,
     /// What is held.
@@ -41,7 +44,7 @@ impl SolidSetup {
     pub fn new(material: Arc<dyn Material>) -> Self {
         let material_name = material.name().to_owned();
         let (parts, boundaries, loads, foundations) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { material, material_name, modulus: None, parts, boundaries, loads, foundations }
+        Self { material, material_name, modulus: None, fibres: None, parts, boundaries, loads, foundations }
     }
 
     /// All materials, that of the rest of the body first.
@@ -70,7 +73,7 @@ impl SolidSetup {
 
     /// Whether material differs from place to place.
     pub fn is_by_place(&self) -> bool {
-        self.modulus.is_some() || !self.parts.is_empty()
+        self.modulus.is_some() || self.fibres.is_some() || !self.parts.is_empty()
     }
 
     /// The next moment after time `t` that a time step of about `dt` should not pass over, for what loads and motions do

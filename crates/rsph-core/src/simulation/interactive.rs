@@ -61,6 +61,17 @@ impl Simulation {
                     "start a new simulation for another density",
                 ));
             }
+            let has_field = self.setup.solid().is_some_and(|solid| {
+                solid.fibres.is_some() || solid.parts.iter().any(|part| part.fibres.is_some())
+            });
+            if has_field && before.fibre() != material.fibre() {
+                return Err(InvalidInput::new(
+                    "material.fibre",
+                    "",
+                    "must stay what it is where a field turns the fibres",
+                    "give the material the same `fibre`, or start a new simulation",
+                ));
+            }
             if before.prony().len() != material.prony().len() {
                 return Err(InvalidInput::new(
                     "material.prony",

@@ -1,13 +1,13 @@
 //! The materials of a body and where each of them is.
 
-use super::parts::region;
+use super::parts::{field, region};
 use crate::label_map::{OfLabel, read_label, read_values, volume_field};
 use crate::scenario::{
     Document, KeyPath, LabelMapTable, LabelMapValue, MaterialTables, ModulusTable, ScenarioError,
 };
 use crate::shape_of::{labels, of_table};
 use rsph_core::material::Material;
-use rsph_core::setup::{MaterialPart, ModulusField, Place, SolidSetup, Within};
+use rsph_core::setup::{MaterialPart, ModulusField, Place, SolidSetup, VectorField, Within};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -17,6 +17,7 @@ struct Entry {
     name: String,
     material: Arc<dyn Material>,
     modulus: Option<ModulusField>,
+    fibres: Option<VectorField>,
     place: Where,
 }
 
@@ -70,8 +71,12 @@ pub fn materials(
             (Some(table), Some(folder)) => Some(modulus(doc, &path.key("modulus"), &table, folder)?),
             _ => None,
         };
+        let fibres = match table.fibres(doc, &path)? {
+            Some(table) => Some(field(doc, &path.key("fibres"), Some(&table))?),
+            None => None,
+        };
         let name = given.unwrap_or_else(|| material.name().to_owned());
-        entries.push(Entry { path, name, material, modulus, place });
+        entries.push(Entry { path, name, material, modulus, fibres, place });
     }
     for (label, name) in labels.iter().filter_map(|(label, name)| Some((label, name.as_ref()?))) {
         let has_rest = entries.iter().any(|e| matches!(e.place, Where::Rest));
@@ -85,8 +90,8 @@ pub fn materials(
     }
     let rest = rest(doc, &mut entries)?;
     let mut solid = SolidSetup::new(rest.material);
-    (solid.material_name, solid.modulus) = (rest.name, rest.modulus);
-    for Entry { path, name, material, modulus, place } in entries {
+    (solid.material_name, solid.modulus, solid.fibres) = (rest.name, rest.modulus, rest.fibres);
+    for Entry { path, name, material, modulus, fibres, place } in entries {
         let place = match (place, image, folder) {
             (Where::At(place), ..) => place,
             (Where::Label(label), Some(image), Some(folder)) => {
@@ -94,7 +99,7 @@ pub fn materials(
             }
             _ => continue,
         };
-        solid.parts.push(MaterialPart { name, material, modulus, place });
+        solid.parts.push(MaterialPart { name, material, modulus, fibres, place });
     }
     Ok(solid)
 }

@@ -21,6 +21,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("material.shape", "shape = { mesh = { path = \"tumour.stl\", scale = 0.001 } }"),
     ("material.name", "name = \"tumour\""),
     ("material.modulus", "modulus = { path = \"elastography.nii.gz\", factor = 1000.0 }"),
+    ("material.fibres", "fibres = { rotation = { rate = [0.0, 0.0, 1.0] } }"),
     ("body.labelmap.axes", "axes = \"organ\""),
     ("body.spacing", "spacing = 0.01"),
     ("body.particles", "particles = 1000"),

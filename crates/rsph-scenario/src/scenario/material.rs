@@ -7,7 +7,7 @@ use super::explain::{explain, suggestion};
 use super::keypath::KeyPath;
 use super::label_map::AxesName;
 use super::region::RegionTable;
-use super::tables::ShapeTable;
+use super::tables::{FieldTable, ShapeTable};
 use rsph_core::material::{Kind, MAX_TERMS, Material, Model, Parameter, model, models};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::Error;
@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Keys that every material can have beside those of its model.
-const BESIDE: [&str; 4] = ["name", "region", "shape", "modulus"];
+const BESIDE: [&str; 5] = ["name", "region", "shape", "modulus", "fibres"];
 
 /// What a body is made of: `[material]`, or several `[[material]]`.
 #[derive(Clone, Debug)]
@@ -121,6 +121,14 @@ impl MaterialTable {
         table: &KeyPath,
     ) -> Result<Option<ModulusTable>, ScenarioError> {
         self.beside(document, table, "modulus")
+    }
+
+    /// The direction of its fibres from place to place.
+    ///
+    /// # Errors
+    /// One that is no field.
+    pub fn fibres(&self, document: &Document, table: &KeyPath) -> Result<Option<FieldTable>, ScenarioError> {
+        self.beside(document, table, "fibres")
     }
 
     /// The value of a key beside those of the model.
@@ -286,6 +294,7 @@ impl JsonSchema for MaterialTable {
             "region": generator.subschema_for::<RegionTable>(),
             "shape": generator.subschema_for::<ShapeTable>(),
             "modulus": generator.subschema_for::<ModulusTable>(),
+            "fibres": generator.subschema_for::<FieldTable>(),
         });
         let models: Vec<_> = models().into_iter().map(|model| model_schema(model, &beside)).collect();
         json_schema!({

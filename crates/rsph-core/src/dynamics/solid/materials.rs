@@ -1,7 +1,7 @@
 //! Which law holds in which particle: one everywhere, or several by place.
 //!
-//! In a tile of one law vector registers evaluate it for all particles at once, whatever their moduli; a tile that holds several laws
-//! or an interface goes particle by particle.
+//! In a tile of one law vector registers evaluate it for all particles at once, whatever their moduli; a tile that holds several laws,
+//! an interface or fibres that turn from place to place goes particle by particle.
 
 use super::stress::Hooke;
 use crate::material::{
@@ -53,7 +53,7 @@ pub(super) struct Places {
 pub(super) enum Kind {
     /// One law.
     Pure(u16),
-    /// Several, or an interface: its number among such tiles.
+    /// Several, an interface or fibres that turn: its number among such tiles.
     Mixed(u32),
 }
 
@@ -93,7 +93,7 @@ impl Materials {
             let here = (0..LANES).filter_map(|l| tiles.particle(t, l).map(|a| (l, &places.cells[a])));
             let here: Vec<(usize, &Composition)> = here.collect();
             let first = here.first().map_or(0, |(_, cell)| cell.materials[0]);
-            let is_pure = here.iter().all(|(_, cell)| cell.interface.is_none() && cell.materials[0] == first);
+            let is_pure = here.iter().all(|(_, cell)| cell.is_plain() && cell.materials[0] == first);
             for (l, cell) in &here {
                 let stiffness = new.set.stiffness(cell);
                 places.factor[t].0[*l] = cell.factors[0];

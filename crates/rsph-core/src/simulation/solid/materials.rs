@@ -7,7 +7,8 @@ use crate::error::InvalidInput;
 use crate::lattice::{Lattice, Neighbour};
 use crate::material::{Composition, Interface};
 use crate::setup::{ModulusField, SolidSetup};
-use crate::tensor::Vec3;
+use crate::tensor::{Mat3, Vec3};
+use nalgebra::Rotation3;
 use rayon::prelude::*;
 
 /// Samples along the line to a neighbour.
@@ -30,6 +31,7 @@ pub(super) fn compositions(
     let cell = |x: &Vec3| composition(solid, x, &lattice.neighbours);
     let mut cells: Vec<Composition> = positions.par_iter().map(cell).collect();
     scale_moduli(solid, positions, &mut cells)?;
+    turn_fibres(solid, positions, &mut cells)?;
     Ok(Some(cells))
 }
 
@@ -54,18 +56,65 @@ fn moduli(field: &ModulusField, places: &[Vec3]) -> Result<Vec<f64>, InvalidInpu
     }
 }
 
-/// Number of the material at each of some points, and the factor of its moduli; nothing if they are the same everywhere.
+/// The material at each of some points; nothing if it is the same everywhere.
 ///
 /// # Errors
-/// A modulus that is not positive.
-pub(super) fn at_points(solid: &SolidSetup, places: &[Vec3]) -> Result<Vec<(usize, f64)>, InvalidInput> {
+/// A modulus that is not positive, a fibre without a direction.
+pub(super) fn at_points(solid: &SolidSetup, places: &[Vec3]) -> Result<Vec<Composition>, InvalidInput> {
     if !solid.is_by_place() {
         return Ok(Vec::new());
     }
     let mut cells: Vec<Composition> =
         places.par_iter().map(|x| Composition::pure(material_at(solid, x), 1.0)).collect();
     scale_moduli(solid, places, &mut cells)?;
-    Ok(cells.iter().map(|cell| (usize::from(cell.materials[0]), cell.factors[0])).collect())
+    turn_fibres(solid, places, &mut cells)?;
+    Ok(cells)
+}
+
+/// Cells and numbers in them that are of material `k`.
+fn holders(cells: &[Composition], k: usize) -> Vec<(usize, usize)> {
+    (cells.iter().enumerate())
+        .flat_map(|(a, cell)| [0, 1].map(|i| (a, i, cell.materials[i])))
+        .filter_map(|(a, i, material)| (usize::from(material) == k).then_some((a, i)))
+        .collect()
+}
+
+/// Turns materials in cells at `positions` so that their fibres go along the fields.
+fn turn_fibres(
+    solid: &SolidSetup,
+    positions: &[Vec3],
+    cells: &mut [Composition],
+) -> Result<(), InvalidInput> {
+    let fields = std::iter::once(&solid.fibres).chain(solid.parts.iter().map(|part| &part.fibres));
+    for (k, (material, field)) in solid.materials().zip(fields).enumerate() {
+        let Some(field) = field else { continue };
+        let Some(fibre) = material.fibre() else {
+            return Err(InvalidInput::new(
+                "material.fibres",
+                "",
+                format!("the law \"{}\" has no fibres", material.name()),
+                "take \"holzapfel-gasser-ogden\", or remove the field",
+            ));
+        };
+        let holders = holders(cells, k);
+        let places: Vec<Vec3> = holders.iter().map(|(a, _)| positions[*a]).collect();
+        for ((a, i), (x, direction)) in holders.iter().zip(places.iter().zip(field.at_all(&places))) {
+            let Some(unit) = direction.try_normalize(0.0).filter(|d| d.iter().all(|x| x.is_finite())) else {
+                return Err(InvalidInput::new(
+                    "material.fibres",
+                    format!("{:?} at ({:.4}, {:.4}, {:.4})", direction.as_slice(), x.x, x.y, x.z),
+                    "has no direction, and every place in the body needs one",
+                    "move the place where the field vanishes out of the body",
+                ));
+            };
+            // A fibre has no sign.
+            let unit = if unit.dot(&fibre) < 0.0 { -unit } else { unit };
+            if let Some(turn) = Rotation3::rotation_between(&fibre, &unit) {
+                cells[*a].turns.get_or_insert([Mat3::identity(); 2])[*i] = *turn.matrix();
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Sets the factors of cells at `positions` by the fields of moduli.
@@ -77,10 +126,7 @@ fn scale_moduli(
     let fields = std::iter::once(&solid.modulus).chain(solid.parts.iter().map(|part| &part.modulus));
     for (k, (material, field)) in solid.materials().zip(fields).enumerate() {
         let Some(field) = field else { continue };
-        let holders: Vec<(usize, usize)> = (cells.iter().enumerate())
-            .flat_map(|(a, cell)| [0, 1].map(|i| (a, i, cell.materials[i])))
-            .filter_map(|(a, i, material)| (usize::from(material) == k).then_some((a, i)))
-            .collect();
+        let holders = holders(cells, k);
         let places: Vec<Vec3> = holders.iter().map(|(a, _)| positions[*a]).collect();
         for ((a, i), modulus) in holders.iter().zip(moduli(field, &places)?) {
             cells[*a].factors[*i] = modulus / material.young_modulus();
@@ -146,7 +192,8 @@ fn composition(solid: &SolidSetup, x: &Vec3, neighbours: &[Neighbour]) -> Compos
     if 1.0 - share < LEAST_SHARE {
         return Composition::pure(materials[0], 1.0);
     }
-    Composition { materials, factors: [1.0; 2], interface: Some(Interface { share, normal }) }
+    let interface = Some(Interface { share, normal });
+    Composition { materials, interface, ..Composition::pure(materials[0], 1.0) }
 }
 
 #[cfg(test)]
@@ -161,8 +208,13 @@ mod tests {
     fn two(place: Region) -> SolidSetup {
         let of = |e| -> Arc<dyn Material> { Arc::new(KelvinVoigt::new(1.0, e, 0.3, 0.0).unwrap()) };
         let mut solid = SolidSetup::new(of(1.0));
-        let part =
-            MaterialPart { name: "stiff".into(), material: of(10.0), modulus: None, place: Arc::new(place) };
+        let part = MaterialPart {
+            name: "stiff".into(),
+            material: of(10.0),
+            modulus: None,
+            fibres: None,
+            place: Arc::new(place),
+        };
         solid.parts.push(part);
         solid
     }

@@ -13,7 +13,7 @@ use crate::boundary::constraints::projectors;
 use crate::boundary::load::SurfaceTraction;
 use crate::boundary::surface_load::SurfacePoint;
 use crate::error::InvalidInput;
-use crate::material::{FiniteStrain, Law, Material, Scaled, Stiffness};
+use crate::material::{Composition, FiniteStrain, Law, Material, Scaled, Stiffness};
 use crate::measures::LocalState;
 use crate::mesh::TriangleMesh;
 use crate::mls::{Cloud, GradientFit};
@@ -66,8 +66,8 @@ impl FiniteStrain for RelaxedLaw<'_> {
 #[derive(Clone, Debug)]
 pub(super) struct SurfaceReading {
     vertices: Vec<Vertex>,
-    /// Number of the material at each and the factor of its moduli; nothing if they are the same everywhere.
-    materials: Vec<(usize, f64)>,
+    /// The material at each; nothing if it is the same everywhere.
+    materials: Vec<Composition>,
     /// C e n at an earlier time, from which it goes on: at the start, at rest, and when loads are replaced.
     pub(super) settled: Settled,
 }
@@ -157,12 +157,12 @@ impl SurfaceReading {
 
     /// Number of the material at vertex `i`.
     fn number(&self, i: usize) -> usize {
-        self.materials.get(i).map_or(0, |m| m.0)
+        self.materials.get(i).map_or(0, |cell| usize::from(cell.materials[0]))
     }
 
     /// The material at vertex `i`, and the factor of its moduli.
     fn material<'a>(&self, solid: &'a SolidSetup, i: usize) -> (&'a dyn Material, f64) {
-        let factor = self.materials.get(i).map_or(1.0, |m| m.1);
+        let factor = self.materials.get(i).map_or(1.0, |cell| cell.factors[0]);
         (&**solid.materials().nth(self.number(i)).unwrap_or(&solid.material), factor)
     }
 
@@ -215,7 +215,8 @@ impl SurfaceReading {
             let stiffness = match material.law() {
                 Law::Linear(stiffness) => stiffness * (beta * factor),
                 Law::FiniteStrain(law) => {
-                    let law = Scaled { law, factor };
+                    let turn = self.materials.get(i).and_then(|cell| cell.turns).map(|turns| turns[0]);
+                    let law = Scaled { law, factor, turn };
                     let law = RelaxedLaw { law: &law, factor: beta, relaxed: k.to_matrix() };
                     // The area that a fit gives the surface stays, whatever changes across it.
                     let traction = now(&(Mat3::identity() + g));
