@@ -259,7 +259,8 @@ class KelvinVoigt(_Viscoelastic):
         poisson_ratio: Poisson's ratio, greater than -1 and less than 0.5.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
         prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
-            over that for long times, and relaxation time (s). The moduli are those for long times.
+            over the stiffness for long times, and relaxation time (s). The moduli are for long
+            times.
     """
 
     _name = "kelvin-voigt"
@@ -274,7 +275,8 @@ class Corotated(_Viscoelastic):
         poisson_ratio: Poisson's ratio, greater than -1 and less than 0.5.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
         prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
-            over that for long times, and relaxation time (s). The moduli are those for long times.
+            over the stiffness for long times, and relaxation time (s). The moduli are for long
+            times.
     """
 
     _name = "corotated"
@@ -289,7 +291,8 @@ class SaintVenantKirchhoff(_Viscoelastic):
         poisson_ratio: Poisson's ratio at small strain, greater than -1 and less than 0.5.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
         prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
-            over that for long times, and relaxation time (s). The moduli are those for long times.
+            over the stiffness for long times, and relaxation time (s). The moduli are for long
+            times.
     """
 
     _name = "st-venant-kirchhoff"
@@ -304,7 +307,8 @@ class NeoHookean(_Viscoelastic):
         poisson_ratio: Poisson's ratio at small strain, greater than -1 and less than 0.5.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
         prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
-            over that for long times, and relaxation time (s). The moduli are those for long times.
+            over the stiffness for long times, and relaxation time (s). The moduli are for long
+            times.
     """
 
     _name = "neo-hookean"
@@ -332,7 +336,8 @@ class MooneyRivlin(_Tissue):
         poisson_ratio: Poisson's ratio at small strain; or else bulk_modulus.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
         prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
-            over that for long times, and relaxation time (s). The moduli are those for long times.
+            over the stiffness for long times, and relaxation time (s). The moduli are for long
+            times.
     """
 
     _name = "mooney-rivlin"
@@ -354,7 +359,8 @@ class Yeoh(_Tissue):
         poisson_ratio: Poisson's ratio at small strain; or else bulk_modulus.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
         prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
-            over that for long times, and relaxation time (s). The moduli are those for long times.
+            over the stiffness for long times, and relaxation time (s). The moduli are for long
+            times.
     """
 
     _name = "yeoh"
@@ -376,7 +382,8 @@ class Ogden(_Tissue):
         poisson_ratio: Poisson's ratio at small strain; or else bulk_modulus.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
         prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
-            over that for long times, and relaxation time (s). The moduli are those for long times.
+            over the stiffness for long times, and relaxation time (s). The moduli are for long
+            times.
     """
 
     _name = "ogden"
@@ -397,7 +404,8 @@ class VerondaWestmann(_Tissue):
         poisson_ratio: Poisson's ratio at small strain; or else bulk_modulus.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
         prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
-            over that for long times, and relaxation time (s). The moduli are those for long times.
+            over the stiffness for long times, and relaxation time (s). The moduli are for long
+            times.
     """
 
     _name = "veronda-westmann"
@@ -418,7 +426,8 @@ class Fung(_Tissue):
         poisson_ratio: Poisson's ratio at small strain; or else bulk_modulus.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
         prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
-            over that for long times, and relaxation time (s). The moduli are those for long times.
+            over the stiffness for long times, and relaxation time (s). The moduli are for long
+            times.
     """
 
     _name = "fung"
@@ -443,7 +452,8 @@ class HolzapfelGasserOgden(_Tissue):
         poisson_ratio: Poisson's ratio of the ground at small strain; or else bulk_modulus.
         relaxation_time: relaxation time of the damping (s); 0 switches it off.
         prony: terms (gamma, tau) of a Prony series in the place of damping, shape (N, 2): stiffness
-            over that for long times, and relaxation time (s). The moduli are those for long times.
+            over the stiffness for long times, and relaxation time (s). The moduli are for long
+            times.
     """
 
     _name = "holzapfel-gasser-ogden"

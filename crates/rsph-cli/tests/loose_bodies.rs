@@ -114,7 +114,7 @@ fn crumbs_are_left_out_with_a_note() {
     bench.write("case.toml", SCENARIO.replace("AT", "-0.5").replace("SIDE", "below"));
     let done = bench.rsph(&["run", "case.toml"]);
     assert_eq!(done.code, Some(0), "{}", done.err);
-    let told = "1 pieces that hang together with nothing and are too small for particles to deform (the largest has 8 and lies around";
+    let told = "a piece too small for particles to deform (the largest has 8 and lies around";
     assert!(done.err.contains(told) && done.err.contains("256 particles, spacing"), "{}", done.err);
 }
 

@@ -139,27 +139,13 @@ impl Simulation {
             setup.initial.velocity = field("initial_velocity", f);
         }
         for (k, f) in moduli {
-            let modulus = Some(python_modulus(f, trouble.clone()));
-            let Some(solid) = setup.solid_mut() else { continue };
-            match k.checked_sub(1) {
-                None => solid.modulus = modulus,
-                Some(k) => {
-                    if let Some(part) = solid.parts.get_mut(k) {
-                        part.modulus = modulus;
-                    }
-                }
+            if let Some((modulus, _)) = setup.solid_mut().and_then(|solid| solid.fields_mut(k)) {
+                *modulus = Some(python_modulus(f, trouble.clone()));
             }
         }
         for (k, f) in fibres {
-            let fibres = Some(field("fibres", f));
-            let Some(solid) = setup.solid_mut() else { continue };
-            match k.checked_sub(1) {
-                None => solid.fibres = fibres,
-                Some(k) => {
-                    if let Some(part) = solid.parts.get_mut(k) {
-                        part.fibres = fibres;
-                    }
-                }
+            if let Some((_, fibres)) = setup.solid_mut().and_then(|solid| solid.fields_mut(k)) {
+                *fibres = Some(field("fibres", f));
             }
         }
         let simulation = interruptible(py, SOON, || (), move || CoreSimulation::new(setup));

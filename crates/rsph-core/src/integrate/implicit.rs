@@ -244,13 +244,15 @@ impl Integrator for Implicit {
             solid.start_step(t, particles);
         }
         let reference = self.reference;
+        let so_far = self.applications();
         match self.stages(dynamics, particles, t, dt) {
             Err(_) if self.scale.is_some() && dt > self.shortest => {
                 // A shorter step may be solved.
                 self.reference = reference;
                 self.give_up(dynamics, particles);
                 let next = Some((CHANGE.0 * dt).max(self.shortest));
-                Ok(Step { next, taken: false, ..Step::default() })
+                let evaluations = self.applications() - so_far;
+                Ok(Step { next, evaluations, taken: false, ..Step::default() })
             }
             ended => {
                 if let Some(solid) = dynamics.solid() {
@@ -263,6 +265,11 @@ impl Integrator for Implicit {
 }
 
 impl Implicit {
+    /// Applications of the operator so far.
+    fn applications(&self) -> u64 {
+        self.solver.as_ref().map_or(0, LinearSolver::applications)
+    }
+
     /// Puts `particles` back to the start of the step.
     fn give_up(&self, dynamics: &mut dyn Dynamics, particles: &mut Particles) {
         Self::set(particles, &self.start[0], &self.start[1]);

@@ -62,7 +62,7 @@ pub trait Material: Debug + Send + Sync {
     fn stiffness(&self) -> Stiffness {
         self.law().stiffness()
     }
-    /// Young's modulus (Pa) in the undeformed state, that of a mean over all directions where they differ: the scale of
+    /// Young's modulus (Pa) in the undeformed state, by the mean over all directions where they differ: the scale of
     /// the hourglass term and of penalties.
     fn young_modulus(&self) -> f64 {
         self.stiffness().young_modulus()
@@ -75,7 +75,7 @@ pub trait Material: Debug + Send + Sync {
     fn shear_modulus(&self) -> f64 {
         self.stiffness().shear_modulus()
     }
-    /// Terms of the Prony series by which the stress relaxes to that of the law; none if it does not.
+    /// Terms of the Prony series by which the stress relaxes to S^e of the law; none if it does not.
     fn prony(&self) -> &[PronyTerm] {
         &[]
     }

@@ -29,14 +29,14 @@ pub const MAX_TERMS: usize = 6;
 pub const PRONY: Parameter = Parameter {
     key: "prony",
     unit: "1, s",
-    doc: "terms [gamma, tau] of a Prony series: stiffness over that for long times, and relaxation time",
+    doc: "terms [gamma, tau] of a Prony series: stiffness over the stiffness for long times, and relaxation time",
     kind: Kind::Pairs,
 };
 
 /// One term of a Prony series: a Maxwell element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PronyTerm {
-    /// gamma: its stiffness over that of the law, which is the stiffness for long times.
+    /// gamma: its stiffness over the stiffness of the law, which is left after a long time.
     pub share: f64,
     /// tau: its relaxation time (s).
     pub time: f64,
@@ -53,7 +53,7 @@ impl PronyTerm {
     }
 }
 
-/// A material whose stress relaxes to that of its law.
+/// A material whose stress relaxes to the stress of its law.
 #[derive(Clone, Debug)]
 pub struct Relaxing {
     material: Arc<dyn Material>,
@@ -78,7 +78,7 @@ impl Relaxing {
         if let Some(bad) = terms.iter().find(|term| !(positive(term.share) && positive(term.time))) {
             return problem(
                 format!("[{}, {}]", bad.share, bad.time),
-                "both numbers of a term must be positive: stiffness over that for long times, and time (s)",
+                "both numbers of a term must be positive: stiffness over the stiffness for long times, and time (s)",
                 "for example prony = [[0.5, 1.5]]: a stress that is held falls to two thirds of it in some 1.5 s",
             );
         }

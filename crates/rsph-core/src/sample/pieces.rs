@@ -7,7 +7,7 @@ use crate::shape::Shape;
 use crate::tensor::Vec3;
 
 /// Particles of a piece below which it is a crumb, three along every edge of a cube: with two across a piece every particle lies in a corner,
-/// and its stiffness in bending is that of the hourglass term.
+/// and the hourglass term alone resists bending.
 const CRUMB: usize = 27;
 /// Depths below the surface, in spacings, at which the cell of a particle is looked for.
 const DEPTHS: [f64; 3] = [0.25, 0.75, 1.25];

@@ -71,6 +71,14 @@ impl SolidSetup {
         }
     }
 
+    /// The fields of modulus and fibres of number `k` of [`materials`](Self::materials).
+    pub fn fields_mut(&mut self, k: usize) -> Option<(&mut Option<ModulusField>, &mut Option<VectorField>)> {
+        if k == 0 {
+            return Some((&mut self.modulus, &mut self.fibres));
+        }
+        self.parts.get_mut(k - 1).map(|part| (&mut part.modulus, &mut part.fibres))
+    }
+
     /// Whether material differs from place to place.
     pub fn is_by_place(&self) -> bool {
         self.modulus.is_some() || self.fibres.is_some() || !self.parts.is_empty()

@@ -39,7 +39,7 @@ const INTEGRATED: [Field; 2 + MAX_TERMS] = [
 /// Components of a stress.
 const COMPONENTS: usize = 6;
 
-/// What relaxation makes of the stress.
+/// beta and K of every particle.
 #[derive(Clone, Debug)]
 pub(super) struct Relaxation {
     /// Terms of the longest series.
@@ -57,7 +57,7 @@ pub(super) struct Relaxation {
 }
 
 impl Relaxation {
-    /// That of the body before it has relaxed; nothing if no material relaxes.
+    /// Of a body that has not relaxed yet, K = 0; `None` if no material relaxes.
     pub(super) fn new(materials: &Materials, tiles: &Tiles) -> Option<Self> {
         let terms = materials.most_prony_terms();
         if terms == 0 {
@@ -138,7 +138,7 @@ impl Relaxation {
         at.tensor::<SYMMETRIC>(&self.relaxed, at.tile)
     }
 
-    /// Cauchy stress of a particle with that of its law: beta sigma - F K F^T / det F.
+    /// Cauchy stress of a particle, beta sigma^e - F K F^T / det F, with sigma^e by its law.
     pub(super) fn cauchy(
         &self,
         (tile, lane): (usize, usize),
@@ -272,8 +272,7 @@ impl Solid {
 
     /// Takes the stresses to which `particles` have relaxed, unless a stage of an implicit step has set them.
     pub(super) fn take_relaxed(&mut self, particles: &Particles) {
-        let columns = self.relaxed_columns().iter().map(|field| particles.column(*field));
-        let columns: [Option<&Column>; MAX_TERMS] = from_iterator(columns);
+        let columns = columns_of(particles, self.relaxed_columns());
         let (materials, tiles) = (&self.materials, &self.lattice.tiles);
         let Some(relaxation) = self.relaxation.as_mut().filter(|relaxation| !relaxation.is_stage) else {
             return;
@@ -307,8 +306,7 @@ impl Solid {
 
     /// Starts a stage that ends a time `h` after the start of the step, whose stresses A_i are those of `particles`.
     pub(crate) fn start_stage(&mut self, h: f64, particles: &Particles) {
-        let columns = self.relaxed_columns().iter().map(|field| particles.column(*field));
-        let columns: [Option<&Column>; MAX_TERMS] = from_iterator(columns);
+        let columns = columns_of(particles, self.relaxed_columns());
         let (n, materials, tiles) = (self.len(), &self.materials, &self.lattice.tiles);
         let Some(relaxation) = &mut self.relaxation else { return };
         let updates = updates(materials, h);
@@ -388,9 +386,7 @@ fn updates(materials: &Materials, h: f64) -> Vec<Vec<[f64; 3]>> {
     materials.all_prony_terms().map(of).collect()
 }
 
-/// The first items of an iterator.
-fn from_iterator<T: Copy, const N: usize>(items: impl Iterator<Item = T>) -> [Option<T>; N] {
-    let mut all = [None; N];
-    all.iter_mut().zip(items).for_each(|(to, item)| *to = Some(item));
-    all
+/// The first of `columns` of `particles`.
+fn columns_of<'a>(particles: &'a Particles, columns: &[Field]) -> [Option<&'a Column>; MAX_TERMS] {
+    std::array::from_fn(|i| columns.get(i).map(|field| particles.column(*field)))
 }

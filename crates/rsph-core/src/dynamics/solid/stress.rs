@@ -97,7 +97,7 @@ pub(super) struct Total<'a> {
     pub(super) tiles: &'a Tiles,
     /// dF/dt with T, if there is damping.
     pub(super) rate: Option<(&'a [Tile], f64)>,
-    /// What relaxation makes of it.
+    /// beta and K, if the body relaxes.
     pub(super) relaxation: Option<&'a Relaxation>,
     /// The first particle that is turned inside out.
     pub(super) inverted: AtomicUsize,
@@ -151,7 +151,7 @@ pub(super) struct Change<'a> {
     pub(super) tiles: &'a Tiles,
     pub(super) state: &'a State,
     pub(super) shares: [f64; 2],
-    /// What relaxation makes of it.
+    /// beta and K, if the body relaxes.
     pub(super) relaxation: Option<&'a Relaxation>,
 }
 

@@ -1,4 +1,4 @@
-//! Pieces of a shape that hang together by nothing: which of them are simulated, and what is told of the others.
+//! Pieces of a shape that hang together by nothing: which of them are simulated, and notes on the others.
 
 use super::assemble::TOLERANCE;
 use crate::boundary::constraints::Constraints;
@@ -13,7 +13,7 @@ use crate::tensor::Vec3;
 /// Distance between the places of a surface that are looked at for a hold, in spacings.
 const LOOKOUT: f64 = 0.5;
 
-/// Width of a gap, in spacings, below which it is told of: cells beside it are filled as if there were none.
+/// Width of a gap, in spacings, below which a note names it: cells beside it are filled as if there were none.
 const NARROW: f64 = 0.25;
 
 /// Leaves out of `body` the pieces that are not simulated.
@@ -71,10 +71,10 @@ pub(super) fn notes(setup: &Setup<SolidSetup>, body: &Body) -> Vec<String> {
     if let Some(largest) = crumbs.iter().max_by_key(|p| p.cells.len()) {
         let volume = crumbs.iter().map(|p| p.volume).sum();
         notes.push(format!(
-            "{} of the body's volume is left out, {} pieces that hang together with nothing and are too small for particles to deform \
-             (the largest has {} and lies around {}): a smaller spacing may join or resolve them",
+            "{} of the body's volume is left out, {} too small for particles to deform (the largest has {} and lies around {}): a smaller \
+             spacing may join it to the body or resolve it",
             share(volume),
-            crumbs.len(),
+            if crumbs.len() == 1 { "a piece".to_owned() } else { format!("{} pieces", crumbs.len()) },
             largest.cells.len(),
             place(&largest.centre()),
         ));

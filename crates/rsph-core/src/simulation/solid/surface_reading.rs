@@ -31,8 +31,8 @@ const SAME_FACE: f64 = 0.866;
 /// Tolerance of regions for vertices of the zero level set, in spacings.
 const TOLERANCE: f64 = 0.1;
 
-/// What relaxation makes of the stress at a vertex: factor of that of the law, and what is then taken off it.
-type Relaxed = (f64, SymTensor);
+/// How the stress at a vertex has relaxed: beta and K of beta S^e - K.
+pub(super) type BetaAndK = (f64, SymTensor);
 
 /// A law that has relaxed: P = beta P^e - F K.
 #[derive(Debug)]
@@ -187,15 +187,15 @@ impl SurfaceReading {
     }
 
     /// Strain and stress of every vertex at time `t`, from the displacement u of the particles and u + T v with the longest T. The traction
-    /// is not known near particles that are `pushed` by forces from outside (nothing: there are none). `relaxed_stress` says of a vertex
-    /// and its material what relaxation makes of the stress.
+    /// is not known near particles that are `pushed` by forces from outside (nothing: there are none). `relaxed_stress` gives
+    /// beta and K at a vertex of that material; `None` if it does not relax.
     pub fn read(
         &self,
         loading: &Loading<'_>,
         (cloud, fits): (&Cloud<'_>, &[GradientFit]),
         pushed: &[bool],
         t: f64,
-        relaxed_stress: impl Fn(usize, &dyn Material) -> Option<Relaxed> + Sync,
+        relaxed_stress: impl Fn(usize, &dyn Material) -> Option<BetaAndK> + Sync,
         (u, effective): (impl Fn(usize) -> Vec3 + Sync, impl Fn(usize) -> Vec3 + Sync),
     ) -> Vec<VertexStrain> {
         let longest = loading.solid.relaxation_time();
