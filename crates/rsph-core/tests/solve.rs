@@ -15,8 +15,10 @@ use rsph_core::region::{Axis, Side};
 use rsph_core::sample::Resolution;
 use rsph_core::setup::{Boundary, Fix};
 use rsph_core::shape::{Shape, SphereShape, cut};
-use rsph_core::solve::cg::Goal;
+use rsph_core::solve::cg::{ConjugateGradients, Goal};
 use rsph_core::solve::linear::LinearSolver;
+use rsph_core::solve::multigrid::Multigrid;
+use rsph_core::solve::operator::{Operator, Shifted};
 use rsph_core::solve::rigid::loose_pieces;
 use rsph_core::tensor::Vec3;
 use std::sync::Arc;
@@ -128,6 +130,40 @@ fn iterations_towards_the_incompressible_limit() {
         println!("nu = {nu}: {found}");
         assert!(found <= most, "nu = {nu}: {found}");
     }
+}
+
+/// An operator about a state that is none.
+struct Broken(usize);
+
+impl Operator for Broken {
+    fn len(&self) -> usize {
+        self.0
+    }
+
+    fn apply(&mut self, _: &[f64], y: &mut [f64]) {
+        y.fill(f64::NAN);
+    }
+}
+
+#[test]
+fn a_solve_that_went_wrong_leaves_nothing_behind() {
+    let mut body = clamped_cube(13, 0.8, 0.45);
+    let load = smooth_load(&body);
+    let mut used = (Multigrid::new(&mut body.solid), ConjugateGradients::new(load.len()));
+    let mut fresh = used.clone();
+    let goal = Goal { residual: 1e-6, iterations: 200 };
+    let mut solve = |(multigrid, gradients): &mut (Multigrid, ConjugateGradients), broken: bool| {
+        let mut x = vec![0.0; load.len()];
+        let (mut broken_one, mut good) =
+            (Broken(load.len()), Shifted { solid: &mut body.solid, scales: Scales::STATIC });
+        let operator: &mut dyn Operator = if broken { &mut broken_one } else { &mut good };
+        let outcome = gradients.solve(operator, multigrid, &load, &mut x, goal, &mut |_, _| true);
+        (outcome.converged, x)
+    };
+    assert!(!solve(&mut used, true).0);
+    let again = solve(&mut used, false);
+    assert!(again.0);
+    assert_eq!(again, solve(&mut fresh, false));
 }
 
 #[test]

@@ -46,7 +46,7 @@ impl Jacobi {
         self.inverse[a][i] != 0.0
     }
 
-    /// d = keep d + length D^-1 (r - y), then z += d; without y it starts from z = 0 and d = 0.
+    /// d = keep d + length D^-1 (r - y), then z += d; without y it starts from z = 0 and d = 0. What is not kept may be anything.
     pub fn step(&mut self, keep: f64, length: f64, r: &[f64], y: Option<&[f64]>, z: &mut [f64]) {
         let (n, chunk) = (self.inverse.len(), PARTICLES_PER_TASK);
         let (zx, zyz) = z.split_at_mut(n);
@@ -80,8 +80,9 @@ impl Jacobi {
                     length * (m[5] * rest[0] + m[4] * rest[1] + m[2] * rest[2]),
                 ];
                 if y.is_some() {
+                    let before = if keep == 0.0 { [0.0; 3] } else { [dx[a], dy[a], dz[a]] };
                     (dx[a], dy[a], dz[a]) =
-                        (keep * dx[a] + step[0], keep * dy[a] + step[1], keep * dz[a] + step[2]);
+                        (keep * before[0] + step[0], keep * before[1] + step[1], keep * before[2] + step[2]);
                     (zx[a], zy[a], zz[a]) = (zx[a] + dx[a], zy[a] + dy[a], zz[a] + dz[a]);
                 } else {
                     (dx[a], dy[a], dz[a]) = (step[0], step[1], step[2]);

@@ -206,7 +206,7 @@ impl Level {
             });
     }
 
-    /// d = p d + q D^-1 r with r or, if `from_b`, b; x += d, or x = d.
+    /// d = p d + q D^-1 r with r or, if `from_b`, b; x += d, or x = d. Where p is 0, d may hold anything.
     fn correct(&mut self, p: f64, q: f64, from_b: bool) {
         let Self { inverse, x, b, r, d, .. } = self;
         let (p, q) = (p as f32, q as f32);
@@ -222,7 +222,7 @@ impl Level {
             .for_each(|(x, d, r, inverse)| {
                 for i in 0..3 {
                     let z = inverse[3 * i] * r[0] + inverse[3 * i + 1] * r[1] + inverse[3 * i + 2] * r[2];
-                    d[i] = p * d[i] + q * z;
+                    d[i] = if p == 0.0 { q * z } else { p * d[i] + q * z };
                     x[i] = if from_b { d[i] } else { x[i] + d[i] };
                 }
             });

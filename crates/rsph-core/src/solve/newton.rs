@@ -3,6 +3,7 @@
 
 use super::cg::{Goal, Outcome};
 use super::linear::LinearSolver;
+use super::multigrid::Multigrid;
 use super::sums::combine;
 use crate::boundary::nodal_load::NodalLoad;
 use crate::dynamics::Scales;
@@ -52,6 +53,8 @@ pub struct Newton<'a> {
     pub steps: usize,
     /// The last direction.
     direction: Vec<f64>,
+    /// The hierarchy of the undeformed body, where that of another state has taken its place.
+    undeformed: Option<Multigrid>,
 }
 
 /// How a load step ended without equilibrium.
@@ -84,6 +87,7 @@ impl<'a> Newton<'a> {
             iterations: 0,
             steps: 0,
             direction: zeros(),
+            undeformed: None,
         };
         newton.impose(1.0, &mut undeformed);
         let size = newton.residual_at(1.0, &undeformed);
@@ -223,9 +227,21 @@ impl<'a> Newton<'a> {
         match self.iterate(share, tolerance, u, true, watch) {
             Err(Trouble::NotConverged) if !self.solid.is_linear() => {
                 u.copy_from_slice(&start);
-                self.iterate(share, tolerance, u, false, watch)
+                self.put_back();
+                let ended = self.iterate(share, tolerance, u, false, watch);
+                if ended.is_err() {
+                    self.put_back();
+                }
+                ended
             }
             ended => ended,
+        }
+    }
+
+    /// Smooths by the undeformed body again: states on a way that led nowhere may be no state of a body.
+    fn put_back(&mut self) {
+        if let Some(undeformed) = self.undeformed.take() {
+            self.solver.put_back(undeformed);
         }
     }
 
@@ -276,7 +292,8 @@ impl<'a> Newton<'a> {
         let (mut outcome, mut stopped) = self.linear_solve(wanted, &mut direction, watch);
         if !is_linear && !outcome.converged && !stopped {
             // The smoother has aged.
-            self.solver.refresh(self.solid);
+            let before = self.solver.refresh(self.solid);
+            self.undeformed.get_or_insert(before);
             direction.fill(0.0);
             (outcome, stopped) = self.linear_solve(wanted, &mut direction, watch);
         }

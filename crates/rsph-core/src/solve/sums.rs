@@ -51,11 +51,13 @@ impl Sums {
     }
 }
 
-/// y = a x + b y
+/// y = a x + b y; where b is 0, y may hold anything.
 pub fn combine(a: f64, x: &[f64], b: f64, y: &mut [f64]) {
     y.par_chunks_mut(CHUNK).zip(x.par_chunks(CHUNK)).with_min_len(CHUNKS_PER_TASK).for_each(|(y, x)| {
-        for (y, x) in y.iter_mut().zip(x) {
-            *y = a * x + b * *y;
+        if b == 0.0 {
+            y.iter_mut().zip(x).for_each(|(y, x)| *y = a * x);
+        } else {
+            y.iter_mut().zip(x).for_each(|(y, x)| *y = a * x + b * *y);
         }
     });
 }
