@@ -1,6 +1,7 @@
 //! How the triangles of a surface hang together.
 
 use super::TriangleMesh;
+use crate::tensor::Vec3;
 use std::collections::HashMap;
 
 impl TriangleMesh {
@@ -50,6 +51,17 @@ impl TriangleMesh {
         (pieces, number_of.len())
     }
 
+    /// The piece each triangle of a closed surface belongs to, and the volume that each piece encloses; a cavity's is negative.
+    pub fn component_volumes(&self) -> (Vec<usize>, Vec<f64>) {
+        let (piece_of, count) = self.component_of_triangles();
+        let origin = self.vertices.first().copied().unwrap_or_else(Vec3::zeros);
+        let mut volumes = vec![0.0; count];
+        for (t, &piece) in piece_of.iter().enumerate() {
+            volumes[piece] += self.volume_below(t, &origin);
+        }
+        (piece_of, volumes)
+    }
+
     /// Euler characteristic: used vertices - edges + triangles (2 for a closed surface without
     /// handles, 0 for a torus; pieces add up).
     pub fn euler_characteristic(&self) -> i64 {
@@ -96,7 +108,6 @@ fn find(parent: &mut [u32], mut v: u32) -> u32 {
 mod tests {
     use super::*;
     use crate::shape::{BoxShape, Shape};
-    use crate::tensor::Vec3;
 
     fn cube_at(corner: f64) -> TriangleMesh {
         BoxShape::new(Vec3::repeat(1.0), Vec3::repeat(corner)).unwrap().surface().clone()

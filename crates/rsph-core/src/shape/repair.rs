@@ -136,12 +136,7 @@ pub(super) fn repaired(parts: &Parts) -> Found {
 
 /// The surface without pieces and voids of less than [`LEAST_PIECE`] of its volume; their number and volume.
 fn without_crumbs(surface: &TriangleMesh) -> (TriangleMesh, (usize, f64)) {
-    let (piece_of, count) = surface.component_of_triangles();
-    let mut volumes = vec![0.0; count];
-    let origin = surface.vertices.first().copied().unwrap_or_else(Vec3::zeros);
-    for (t, &piece) in piece_of.iter().enumerate() {
-        volumes[piece] += surface.volume_below(t, &origin);
-    }
+    let (piece_of, volumes) = surface.component_volumes();
     let least = LEAST_PIECE * volumes.iter().copied().fold(0.0, f64::max);
     let small: Vec<f64> = volumes.iter().copied().filter(|v| v.abs() < least).collect();
     let kept = surface.retain(|t| volumes[piece_of[t]].abs() >= least);

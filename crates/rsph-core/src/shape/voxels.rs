@@ -10,14 +10,19 @@ use rayon::prelude::*;
 
 /// More cells than this in the box around the body are made fewer by joining voxels.
 const MOST_CELLS: usize = 2_000_000;
-/// Standard deviation of the Gaussian that rounds the steps between voxels, in cells.
-const BLUR: f64 = 1.0;
+/// Standard deviations of the Gaussian that rounds the steps between voxels, in cells: the less, the thinner a wall may be.
+const BLURS: [f64; 3] = [1.0, 0.6, 0.35];
 /// Empty cells around the body, more than the blur reaches.
 const MARGIN: usize = 5;
 /// Error of the enclosed volume.
 const VOLUME_TOLERANCE: f64 = 1e-4;
 /// Deviation of the volume at which the user is told that the body is too thin for its voxels.
 const VOLUME_NOTE: f64 = 0.01;
+/// Deviation at which such a body is refused.
+const MOST_DEVIATION: f64 = 0.05;
+
+/// Cells of a cavity that is not blurred away.
+const LEAST_CAVITY: usize = 27;
 
 /// Voxels of the body that follow each other along the first axis of the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,27 +67,39 @@ pub fn voxel_shape(
         return refuse("no voxel is inside", "choose another label");
     };
     let cells = Cells::new(runs, low, high, axes);
-    let Some(mesh) = cells.surface() else {
-        return refuse(
-            "the body has too few voxels for a surface",
-            "take a finer image: a body needs a few voxels across",
-        );
+    let remedy = "take a finer image: a body needs a few voxels across";
+    let Some((mesh, deviation)) = cells.surface() else {
+        return refuse("the body has too few voxels for a surface", remedy);
     };
+    let share = 100.0 * (1.0 + deviation);
+    if deviation.abs() > MOST_DEVIATION {
+        let what =
+            format!("the body is too thin for its voxels: a surface encloses {share:.0} % of their volume");
+        return refuse(&what, remedy);
+    }
     let mut notes = Vec::new();
-    let (enclosed, voxels) = (mesh.volume() * cells.volume(), cells.voxels());
-    if (enclosed / voxels - 1.0).abs() > VOLUME_NOTE {
+    if deviation.abs() > VOLUME_NOTE {
         notes.push(format!(
-            "{name} is thin for its voxels: its surface encloses {:.1} % of their volume",
-            100.0 * enclosed / voxels
+            "{name} is thin for its voxels: its surface encloses {share:.1} % of their volume"
         ));
     }
     if (0..3).any(|i| low[i] == 0 || high[i] + 1 >= size[i]) {
         notes.push(format!("{name} reaches the edge of the image and is cut off there"));
     }
-    let pieces = mesh.components();
+    let (_, volumes) = mesh.component_volumes();
+    let pieces = volumes.iter().filter(|volume| **volume > 0.0).count();
     if pieces > 1 {
+        notes.push(format!("{name} has {pieces} separate pieces: each needs a hold of its own"));
+    }
+    let cavities = volumes.len() - pieces;
+    match cavities {
+        0 => {}
+        1 => notes.push(format!("{name} has a cavity within")),
+        several => notes.push(format!("{name} has {several} cavities within")),
+    }
+    if cells.cavities() > cavities {
         notes.push(format!(
-            "{name} has {pieces} separate surfaces (pieces or holes): each piece needs a hold of its own"
+            "the wall around a cavity of {name} is too thin for its voxels: there are holes in it"
         ));
     }
     let place = |x: &Vec3| axes * cells.voxel_at(x) + origin;
@@ -146,20 +163,63 @@ impl Cells {
         Vec3::from_fn(|i, _| self.first[i] + x[i] * self.joined[i] as f64 - 0.5)
     }
 
-    /// Volume of a cell, in voxels.
-    fn volume(&self) -> f64 {
-        self.joined.iter().product::<usize>() as f64
-    }
-
-    /// Number of voxels inside.
-    fn voxels(&self) -> f64 {
-        self.share.iter().sum::<f64>() * self.volume()
-    }
-
-    /// The surface in coordinates of the grid: the level of the blurred shares that encloses their volume.
-    fn surface(&self) -> Option<TriangleMesh> {
-        let blurred = self.blurred();
+    /// The surface in coordinates of the grid, as round as walls that are thin let it be without being torn, and how much more volume it
+    /// encloses than the voxels have, as a share of that.
+    fn surface(&self) -> Option<(TriangleMesh, f64)> {
         let volume: f64 = self.share.iter().sum();
+        let pieces = |mesh: &TriangleMesh| mesh.component_volumes().1.iter().filter(|v| **v > 0.0).count();
+        let mut best: Option<(TriangleMesh, f64)> = None;
+        for blur in BLURS {
+            let Some(mesh) = self.surface_by(blur, volume) else { continue };
+            let deviation = mesh.volume() / volume - 1.0;
+            let is_better = |(so_far, off): &(TriangleMesh, f64)| {
+                deviation.abs() < off.abs() && pieces(&mesh) <= pieces(so_far)
+            };
+            if best.as_ref().is_none_or(is_better) {
+                best = Some((mesh, deviation));
+            }
+            if best.as_ref().is_some_and(|(_, off)| off.abs() <= VOLUME_NOTE) {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Number of cavities, of [`LEAST_CAVITY`] cells or more.
+    fn cavities(&self) -> usize {
+        let [nx, ny, nz] = self.grid.cells;
+        let mut is_seen: Vec<bool> = self.share.iter().map(|share| *share > 0.0).collect();
+        let mut waiting = Vec::new();
+        let mut count = 0;
+        for first in 0..is_seen.len() {
+            if is_seen[first] {
+                continue;
+            }
+            is_seen[first] = true;
+            waiting.push(first);
+            let mut size = 0;
+            while let Some(cell) = waiting.pop() {
+                size += 1;
+                let at = [cell % nx, cell / nx % ny, cell / (nx * ny)];
+                for (axis, (n, stride)) in [(nx, 1), (ny, nx), (nz, nx * ny)].into_iter().enumerate() {
+                    let before = (at[axis] > 0).then(|| cell - stride);
+                    let after = (at[axis] + 1 < n).then_some(cell + stride);
+                    for next in [before, after].into_iter().flatten() {
+                        if !std::mem::replace(&mut is_seen[next], true) {
+                            waiting.push(next);
+                        }
+                    }
+                }
+            }
+            // The first is what lies around the body.
+            count += usize::from(first > 0 && size >= LEAST_CAVITY);
+        }
+        count
+    }
+
+    /// The level of the shares after a blur that encloses this volume.
+    fn surface_by(&self, blur: f64, volume: f64) -> Option<TriangleMesh> {
+        let blurred = self.blurred(blur);
         let most = blurred.iter().copied().fold(0.0, f64::max);
         let at = |level: f64| {
             let phi: Vec<f64> = blurred.par_iter().map(|share| level - share).collect();
@@ -173,7 +233,7 @@ impl Cells {
                 break;
             }
             // At a flat face the blurred share has this slope, so that a level moves the surface as much.
-            let slope = 1.0 / (BLUR * (2.0 * std::f64::consts::PI).sqrt());
+            let slope = 1.0 / (blur * (2.0 * std::f64::consts::PI).sqrt());
             let next = (level + error * slope / mesh.area()).clamp(0.05 * most, 0.95 * most);
             if next.to_bits() == level.to_bits() {
                 break;
@@ -185,9 +245,9 @@ impl Cells {
     }
 
     /// The shares after a Gaussian along each axis.
-    fn blurred(&self) -> Vec<f64> {
+    fn blurred(&self, blur: f64) -> Vec<f64> {
         let reach = MARGIN - 1;
-        let raw: Vec<f64> = (0..=reach).map(|d| (-0.5 * (d as f64 / BLUR).powi(2)).exp()).collect();
+        let raw: Vec<f64> = (0..=reach).map(|d| (-0.5 * (d as f64 / blur).powi(2)).exp()).collect();
         let total: f64 = raw[0] + 2.0 * raw[1..].iter().sum::<f64>();
         let weight: Vec<f64> = raw.iter().map(|w| w / total).collect();
         let [nx, ny, nz] = self.grid.cells;
@@ -279,6 +339,29 @@ mod tests {
         assert!(problem(&one, &flat).contains("plane"));
         let lost = Placement { axes: Mat3::identity(), origin: Vec3::repeat(f64::NAN) };
         assert!(problem(&one, &lost).contains("not finite"));
+    }
+
+    #[test]
+    fn a_wall_of_one_voxel_keeps_its_volume_and_its_cavity() {
+        let placement = Placement { axes: Mat3::identity(), origin: Vec3::zeros() };
+        let size = [36; 3];
+        let cube = |c: [usize; 3], edge: usize| c.iter().all(|i| (18 - edge..18 + edge).contains(i));
+        let box_runs = runs_of(size, |c| cube(c, 10) && !cube(c, 9));
+        let (shape, notes) = voxel_shape(&box_runs, size, &placement, "box").unwrap();
+        assert!((shape.volume() / (8000.0 - 5832.0) - 1.0).abs() < 0.01, "{}", shape.volume());
+        assert!(notes.iter().any(|n| n.contains("a cavity")), "{notes:?}");
+        let r = |c: [usize; 3]| Vec3::from_fn(|i, _| c[i] as f64 - 18.0).norm();
+        for (inner, outer) in [(14.5, 15.5), (10.5, 11.3), (8.5, 9.5), (12.0, 14.0)] {
+            let runs = runs_of(size, |c| r(c) >= inner && r(c) < outer);
+            let voxels = runs.len() as f64;
+            match voxel_shape(&runs, size, &placement, "shell") {
+                Ok((shape, notes)) => {
+                    assert!((shape.volume() / voxels - 1.0).abs() <= MOST_DEVIATION, "{}", shape.volume());
+                    assert!(notes.iter().any(|n| n.contains("cavit")), "{inner} {notes:?}");
+                }
+                Err(e) => assert!(e.problem.contains("too thin"), "{e}"),
+            }
+        }
     }
 
     #[test]

@@ -12,6 +12,12 @@ pub(super) fn of_parts(parts: &Parts, wrong: &[bool], name: &str) -> Vec<String>
     if parts.repeated > 0 {
         notes.push(format!("{name} has {} triangles more than once; they count once", parts.repeated));
     }
+    if parts.walls > 0 {
+        notes.push(format!(
+            "parts of {name} share walls: {} triangles between them, which face each other, were left out",
+            parts.walls
+        ));
+    }
     if parts.turned > 0 {
         notes.push(format!(
             "{} triangles of {name} were turned the other way than those beside them: they were turned round",

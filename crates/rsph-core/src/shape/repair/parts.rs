@@ -12,6 +12,8 @@ pub(in crate::shape) struct Parts {
     pub(in crate::shape) closed: Vec<bool>,
     /// Number of triangles that were dropped because others have the same corners.
     pub(super) repeated: usize,
+    /// Number of triangles that were dropped as walls between bodies.
+    pub(super) walls: usize,
     /// Number of triangles that were turned to agree with the others of their part.
     pub(super) turned: usize,
 }
@@ -22,10 +24,10 @@ type Link = Option<(u32, bool)>;
 impl Parts {
     /// The parts of a surface whose equal vertices are merged. The way that most of a part's area is turned stays.
     pub(super) fn of(surface: &TriangleMesh) -> Self {
-        let (mesh, repeated) = without_repeats(surface);
+        let Single { mesh, repeated, walls } = without_repeats(surface);
         let links = links(&mesh);
-        let mut parts =
-            Self { of: vec![usize::MAX; links.len()], mesh, closed: Vec::new(), repeated, turned: 0 };
+        let of = vec![usize::MAX; links.len()];
+        let mut parts = Self { of, mesh, closed: Vec::new(), repeated, walls, turned: 0 };
         let mut turn = vec![false; links.len()];
         let mut members = Vec::new();
         for first in 0..links.len() {
@@ -91,30 +93,85 @@ impl Parts {
     }
 }
 
-/// The surface with one triangle for each three corners, and how many were dropped.
-fn without_repeats(surface: &TriangleMesh) -> (TriangleMesh, usize) {
-    let mut order: Vec<([u32; 3], usize)> = surface
+/// What is left of a surface where triangles have the same corners.
+struct Single {
+    mesh: TriangleMesh,
+    /// Triangles that were dropped because another has the same corners.
+    repeated: usize,
+    /// Triangles that were dropped because another is their back.
+    walls: usize,
+}
+
+/// The surface with at most one triangle for each three corners. Pairs that are each other's back are walls that two bodies share, and
+/// both go, where the piece of the surface that they are in is the less open for it; else one of them stays.
+fn without_repeats(surface: &TriangleMesh) -> Single {
+    let mut order: Vec<([u32; 3], bool, usize)> = surface
         .triangles
         .iter()
         .enumerate()
-        .map(|(t, &corners)| {
-            let mut key = corners;
+        .map(|(t, &[a, b, c])| {
+            let mut key = [a, b, c];
             key.sort_unstable();
-            (key, t)
+            (key, [[a, b, c], [b, c, a], [c, a, b]].contains(&key), t)
         })
         .collect();
     order.sort_unstable();
-    let before = order.len();
-    order.dedup_by_key(|(key, _)| *key);
-    let repeated = before - order.len();
-    if repeated == 0 {
-        return (surface.clone(), 0);
+    let groups = || order.chunk_by(|a, b| a.0 == b.0);
+    if groups().all(|group| group.len() == 1) {
+        return Single { mesh: surface.clone(), repeated: 0, walls: 0 };
     }
-    let mut keep = vec![false; before];
-    for (_, t) in order {
-        keep[t] = true;
+    let (mut once, mut cancelled) = (vec![false; order.len()], vec![false; order.len()]);
+    for group in groups() {
+        let first = group[0].2;
+        once[first] = true;
+        let fronts = group.iter().filter(|(_, front, _)| *front).count();
+        cancelled[first] = 2 * fronts != group.len();
     }
-    (surface.retain(|t| keep[t]), repeated)
+    let pieces = Pieces::of(surface);
+    let (open_once, open_cancelled) =
+        (pieces.open_edges(surface, &once), pieces.open_edges(surface, &cancelled));
+    let is_left = pieces.has_any(&cancelled);
+    let keep = |t: usize| {
+        let piece = pieces.of[t];
+        let cancels = is_left[piece] && open_cancelled[piece] < open_once[piece];
+        if cancels { cancelled[t] } else { once[t] }
+    };
+    let mesh = surface.retain(keep);
+    let walls = 2 * (0..order.len()).filter(|&t| once[t] && !keep(t)).count();
+    Single { repeated: order.len() - mesh.triangles.len() - walls, mesh, walls }
+}
+
+/// The pieces of a surface, which share no vertex.
+struct Pieces {
+    /// Of each triangle.
+    of: Vec<usize>,
+    count: usize,
+}
+
+impl Pieces {
+    fn of(surface: &TriangleMesh) -> Self {
+        let (of, count) = surface.component_of_triangles();
+        Self { of, count }
+    }
+
+    /// Whether each has a triangle of those to `keep`.
+    fn has_any(&self, keep: &[bool]) -> Vec<bool> {
+        let mut any = vec![false; self.count];
+        self.of.iter().zip(keep).for_each(|(&piece, &keep)| any[piece] |= keep);
+        any
+    }
+
+    /// Edges of each that are not shared by two of the triangles to `keep`.
+    fn open_edges(&self, surface: &TriangleMesh, keep: &[bool]) -> Vec<usize> {
+        let mut edges: Vec<([u32; 2], usize)> = Vec::new();
+        for (t, &[a, b, c]) in surface.triangles.iter().enumerate().filter(|(t, _)| keep[*t]) {
+            edges.extend([(a, b), (b, c), (c, a)].map(|(v, w)| ([v.min(w), v.max(w)], self.of[t])));
+        }
+        edges.sort_unstable();
+        let mut open = vec![0; self.count];
+        edges.chunk_by(|a, b| a == b).filter(|uses| uses.len() != 2).for_each(|uses| open[uses[0].1] += 1);
+        open
+    }
 }
 
 /// What is across each edge of each triangle: nothing unless exactly two triangles share it.
@@ -175,17 +232,46 @@ mod tests {
         assert!(parts.mesh.is_closed());
     }
 
+    /// Cubes of edge 1 with these corners.
+    fn cubes(corners: &[Vec3]) -> TriangleMesh {
+        let mut mesh = TriangleMesh::default();
+        for corner in corners {
+            let first = mesh.vertices.len() as u32;
+            let cube = BoxShape::new(Vec3::repeat(1.0), *corner).unwrap().surface().clone();
+            mesh.triangles.extend(cube.triangles.iter().map(|t| t.map(|v| v + first)));
+            mesh.vertices.extend(cube.vertices);
+        }
+        mesh.merged()
+    }
+
     #[test]
     fn a_wall_across_a_body_cuts_it_in_parts() {
-        // Two cubes with a common face: its edges are shared by three faces or more.
-        let mut mesh = cube();
-        let other = BoxShape::new(Vec3::repeat(1.0), Vec3::x()).unwrap().surface().clone();
-        mesh.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + 8)));
-        mesh.vertices.extend(other.vertices);
-        let parts = Parts::of(&mesh.merged());
-        // The wall was there twice; what is left are two open cups and the wall.
-        assert_eq!((parts.repeated, parts.count()), (2, 3));
+        let mut mesh = cubes(&[Vec3::zeros(), Vec3::x()]);
+        // One of its two copies alone: two open cups and the wall.
+        let is_wall = |t: usize| mesh.corners(t).iter().all(|v| v.x == 1.0);
+        let one = (0..mesh.triangles.len()).filter(|&t| !is_wall(t) || t < 12).collect::<Vec<_>>();
+        mesh.triangles = one.iter().map(|&t| mesh.triangles[t]).collect();
+        let parts = Parts::of(&mesh);
+        assert_eq!((parts.repeated, parts.walls, parts.count()), (0, 0, 3));
         assert!(parts.closed.iter().all(|c| !c));
+    }
+
+    #[test]
+    fn walls_that_bodies_share_cancel() {
+        let block: Vec<Vec3> =
+            (0..27).map(|q| Vec3::new(f64::from(q % 3), f64::from(q / 3 % 3), f64::from(q / 9))).collect();
+        for (corners, walls) in [(&block[..2], 4), (&block[..3], 8), (&block, 216)] {
+            let parts = Parts::of(&cubes(corners));
+            assert_eq!((parts.repeated, parts.walls, &parts.closed[..]), (0, walls, &[true][..]));
+            assert!(parts.mesh.is_closed());
+            assert!((parts.mesh.volume() - corners.len() as f64).abs() < 1e-12);
+        }
+        // A surface that has a back everywhere is one surface, open or not.
+        let mut sheet = cube();
+        sheet.triangles.truncate(10);
+        sheet.triangles.extend(sheet.flipped().triangles);
+        let parts = Parts::of(&sheet);
+        assert_eq!((parts.repeated, parts.walls, parts.mesh.triangles.len()), (10, 0, 10));
     }
 
     #[test]
