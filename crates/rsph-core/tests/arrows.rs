@@ -210,7 +210,7 @@ fn crates_depend_in_one_direction() {
 
 #[test]
 fn only_scenario_knows_hdf5_and_files_formats() {
-    let formats = ["csv", "gltf", "hdf5", "ply-rs-bw", "schemars", "stl_io", "tobj", "toml"];
+    let formats = ["csv", "gltf", "hdf5", "ply-rs-bw", "schemars", "stl_io", "toml"];
     for name in ["rsph-core", "rsph-validation", "rsph-cli", "rsph-py"] {
         let dependencies = dependencies(name);
         // Validations read reference curves and write their own.

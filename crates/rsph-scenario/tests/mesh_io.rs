@@ -189,6 +189,155 @@ fn ascii_stl_as_programs_write_it_is_read() {
     assert_eq!(read_mesh(&twice, 1.0).unwrap().triangles.len(), 24);
 }
 
+/// The cube as OBJ, with something after each line of a face.
+fn obj_cube(after: &str) -> String {
+    let m = cube();
+    let vertices: String = m.vertices.iter().map(|v| format!("v {} {} {}\n", v.x, v.y, v.z)).collect();
+    let faces =
+        m.triangles.iter().map(|t| format!("f {}/1 {}/1 {}/1{after}\n", t[0] + 1, t[1] + 1, t[2] + 1));
+    vertices + &faces.collect::<String>()
+}
+
+#[test]
+fn texts_of_any_encoding_with_comments_and_continued_lines_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let utf_16 = |text: &str, unit: fn(u16) -> [u8; 2]| -> Vec<u8> {
+        std::iter::once(0xfeff).chain(text.encode_utf16()).flat_map(unit).collect()
+    };
+    let latin_1: Vec<u8> =
+        format!("# Knöchel, rechts\no Leber Größe\n{}", obj_cube("")).chars().map(|c| c as u8).collect();
+    let stl = ascii_stl("solid cube");
+    let with_mark = |text: &str| format!("\u{feff}{text}").into_bytes();
+    for (name, bytes) in [
+        ("latin_1.obj", latin_1.clone()),
+        ("mark.obj", with_mark(&obj_cube(""))),
+        ("wide.obj", utf_16(&obj_cube(""), u16::to_le_bytes)),
+        ("comments.obj", obj_cube(" # a face, \u{fe}").into_bytes()),
+        ("close_comments.obj", obj_cube("# a face").into_bytes()),
+        ("carriage.obj", obj_cube("\r").into_bytes()),
+        ("continued.obj", obj_cube("").replace("/1 ", "/1 \\\n  ").into_bytes()),
+        ("from_the_end.obj", backwards().into_bytes()),
+        ("mark.stl", with_mark(&stl)),
+        ("wide.stl", utf_16(&stl, u16::to_le_bytes)),
+        ("wide_big_endian.stl", utf_16(&stl, u16::to_be_bytes)),
+        ("blanks.stl", format!("\n  {stl}\n\n").into_bytes()),
+    ] {
+        assert_is_cube(&file(&folder, name, bytes));
+    }
+    let parts = read_mesh_with_parts(&file(&folder, "latin_1.obj", latin_1), 1.0).unwrap().parts;
+    assert_eq!(parts.keys().collect::<Vec<_>>(), ["Leber Größe"]);
+}
+
+/// The cube as OBJ, its vertices counted from the end.
+fn backwards() -> String {
+    let m = cube();
+    let vertices: String = m.vertices.iter().map(|v| format!("v {} {} {}\n", v.x, v.y, v.z)).collect();
+    let number = |v: u32| i64::from(v) - m.vertices.len() as i64;
+    let faces = m.triangles.iter().map(|t| format!("f {} {} {}\n", number(t[0]), number(t[1]), number(t[2])));
+    vertices + &faces.collect::<String>()
+}
+
+#[test]
+fn binary_stl_is_known_by_its_size() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.stl");
+    write_mesh(&path, &cube(), &[]).unwrap();
+    let plain = fs::read(&path).unwrap();
+    for header in [&b"solid cube"[..], b"SOLID\nfacet", b"COLOR=", b"\xef\xbb\xbfsolid"] {
+        for tail in [&b""[..], b"\n", b"\r\n", &[0; 512], b"made by a program that says so"] {
+            let mut bytes = plain.clone();
+            bytes[..header.len()].copy_from_slice(header);
+            bytes.extend(tail);
+            assert_is_cube(&file(&folder, "a.stl", bytes));
+        }
+    }
+    let mut cut = plain.clone();
+    cut[..5].copy_from_slice(b"solid");
+    cut.truncate(300);
+    let said = problem(&file(&folder, "cut.stl", cut));
+    assert!(said.contains("announces 12 triangles"), "{said}");
+}
+
+/// A prism below a polygon: an L, a comb with corners on its straight sides, a spiral.
+#[test]
+fn polygons_with_dents_are_cut_within_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let l = vec![[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]];
+    let mut comb = vec![[0.0, -1.0], [2.0, -1.0], [7.0, -1.0]];
+    for k in (0..4).rev() {
+        let x = 2.0 * f64::from(k);
+        comb.extend([[x + 1.0, 0.0], [x + 1.0, 2.0], [x + 0.5, 2.0], [x, 2.0], [x, 0.0]]);
+    }
+    let spiral: Vec<[f64; 2]> = (0..60)
+        .map(|k| (k, 1.0))
+        .chain((0..60).rev().map(|k| (k, 0.6)))
+        .map(|(k, width)| {
+            let angle = 0.25 * f64::from(k);
+            [(angle + width) * angle.cos(), (angle + width) * angle.sin()]
+        })
+        .collect();
+    for (name, outline) in [("l", l), ("comb", comb), ("spiral", spiral)] {
+        let n = outline.len();
+        let area = 0.5 * (0..n).map(|i| cross(outline[i], outline[(i + 1) % n])).sum::<f64>();
+        for start in [0, 1, n / 2] {
+            let mut obj = String::new();
+            for z in [0.0, 1.0] {
+                for [x, y] in &outline {
+                    obj += &format!("v {x} {y} {z}\n");
+                }
+            }
+            let list = |numbers: Vec<usize>| {
+                format!("f {}\n", numbers.iter().map(|v| format!("{v} ")).collect::<String>())
+            };
+            let at = |i: usize| (i + start) % n + 1;
+            obj += &list((0..n).rev().map(at).collect());
+            obj += &list((0..n).map(|i| at(i) + n).collect());
+            for i in 0..n {
+                let (a, b) = (at(i), at(i + 1));
+                obj += &list(vec![a, b, b + n, a + n]);
+            }
+            let mesh = read_mesh(&file(&folder, "a.obj", obj), 1.0).unwrap();
+            assert!(mesh.is_closed(), "{name} from {start}");
+            assert_eq!(mesh.triangles.len(), 4 * n - 4);
+            assert!((mesh.volume() - area).abs() < 1e-9 * area, "{name}: {} {area}", mesh.volume());
+            // Triangles within the outline have its area together, others more.
+            assert!((mesh.area() - sides(&outline) - 2.0 * area).abs() < 1e-9 * area, "{name} from {start}");
+        }
+    }
+}
+
+fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+fn sides(outline: &[[f64; 2]]) -> f64 {
+    let next = outline.iter().cycle().skip(1);
+    outline.iter().zip(next).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).sum()
+}
+
+#[test]
+fn strips_of_ply_turn_every_other_triangle_and_end_at_minus_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let v = ["-0.5 0 1", "0.5 0 1", "-0.5 2 1", "0.5 2 1", "-0.5 0 5", "0.5 0 5", "-0.5 2 5", "0.5 2 5"];
+    let ply = format!(
+        "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n\
+         element tristrips 1\nproperty list int int vertex_indices\nend_header\n{}\n\
+         21 0 1 4 5 6 7 2 3 0 1 -1 0 4 2 6 -1 1 3 5 7 -1\n",
+        v.join("\n")
+    );
+    assert_is_cube(&file(&folder, "a.ply", ply));
+}
+
+#[test]
+fn a_gltf_file_without_a_scene_shows_all_of_its_nodes() {
+    let folder = tempfile::tempdir().unwrap();
+    let with = gltf("");
+    let without = with.replace(r#""scene":0,"scenes":[{"nodes":[0]}],"#, "");
+    assert_ne!(with, without);
+    let [with, without] = [with, without].map(|text| read_mesh(&file(&folder, "a.gltf", text), 1.0).unwrap());
+    assert_eq!(with, without);
+}
+
 fn problem(path: &Path) -> String {
     let error = read_mesh(path, 1.0).unwrap_err();
     assert_eq!(error.path(), path);

@@ -9,6 +9,7 @@ use gltf::mesh::Mode;
 use gltf::{Accessor, Document, Gltf, Node, Primitive};
 use rsph_core::mesh::TriangleMesh;
 use rsph_core::tensor::Vec3;
+use std::collections::HashSet;
 use std::path::Path;
 
 /// Column-major 4 x 4 matrix, as the file has it.
@@ -38,9 +39,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<MeshWithParts, MeshErro
     check_references(&document).map_err(|e| invalid(&e))?;
     let document = Document::from_json(document.into_json()).map_err(|e| invalid(&e))?;
     let buffers = buffers(&document, path, blob).map_err(|e| invalid(&e))?;
-    let scene = document.default_scene().or_else(|| document.scenes().next());
-    let mut waiting: Vec<(Node, Transform)> =
-        scene.iter().flat_map(gltf::Scene::nodes).map(|n| (n, IDENTITY)).collect();
+    let mut waiting: Vec<(Node, Transform)> = roots(&document).into_iter().map(|n| (n, IDENTITY)).collect();
     let mut visited = vec![false; document.nodes().len()];
     let mut read = MeshWithParts::default();
     while let Some((node, parent)) = waiting.pop() {
@@ -61,6 +60,16 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<MeshWithParts, MeshErro
         waiting.extend(node.children().map(|child| (child, placed)));
     }
     Ok(read)
+}
+
+/// The nodes to begin with: of the scene to show or the first one; where there is none, all that are nobody's children.
+fn roots(document: &Document) -> Vec<Node<'_>> {
+    if let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) {
+        return scene.nodes().collect();
+    }
+    let children: HashSet<usize> =
+        document.nodes().flat_map(|node| node.children().map(|child| child.index())).collect();
+    document.nodes().filter(|node| !children.contains(&node.index())).collect()
 }
 
 /// Refuses a binary file that is cut off, and more of a scene than memory holds: a few bytes of it are a node of

@@ -4,7 +4,9 @@ mod gltf_file;
 mod obj;
 mod parts;
 mod ply;
+mod polygon;
 mod stl;
+mod text;
 
 pub use parts::MeshWithParts;
 

@@ -1,8 +1,12 @@
-//! Wavefront OBJ.
+//! Wavefront OBJ. Read here and not by a library: those there are refuse comments in other encodings, comments behind a face and
+//! continued lines, cut polygons with dents wrongly, and do not say in which line something is wrong.
 
-use super::{MeshError, MeshWithParts, shown};
+use super::polygon::{self, MAX_CORNERS};
+use super::text::decode;
+use super::{MAX_ELEMENTS, MeshError, MeshWithParts, shown};
 use rsph_core::mesh::TriangleMesh;
 use rsph_core::tensor::Vec3;
+use std::borrow::Cow;
 use std::fmt::Write;
 use std::io;
 use std::path::Path;
@@ -10,79 +14,79 @@ use std::path::Path;
 /// Most groups of a face that are read.
 const MAX_GROUPS: usize = 16;
 
-pub(super) fn parse(path: &Path, mut bytes: &[u8]) -> Result<MeshWithParts, MeshError> {
-    let options = tobj::LoadOptions {
-        triangulate: true,
-        ignore_points: true,
-        ignore_lines: true,
-        ..Default::default()
-    };
-    let text = bytes;
-    // Files of materials are of no interest and may be missing.
-    let (models, _) = tobj::load_obj_buf(&mut bytes, &options, |_| Ok(Default::default())).map_err(|e| {
-        let why = culprit(text).unwrap_or_else(|| e.to_string());
-        MeshError::malformed(path, format!("not a valid OBJ file: {why}"))
-    })?;
-    let mut mesh = TriangleMesh::default();
-    for model in models {
-        let first = mesh.vertices.len() as u32;
-        mesh.vertices.extend(model.mesh.positions.chunks_exact(3).map(|p| Vec3::new(p[0], p[1], p[2])));
-        let corners = model.mesh.indices.chunks_exact(3);
-        mesh.triangles.extend(corners.map(|t| [first + t[0], first + t[1], first + t[2]]));
+/// The faces of the file, with the groups, the object and the material of each as parts.
+pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<MeshWithParts, MeshError> {
+    let text = decode(bytes);
+    let mut read = MeshWithParts::default();
+    let (mut groups, mut object, mut material) = (Vec::new(), String::new(), String::new());
+    let mut lines = text.lines().enumerate();
+    while let Some((number, line)) = lines.next() {
+        let mut line = Cow::Borrowed(line);
+        while let Some(start) = line.trim_end().strip_suffix('\\') {
+            line = format!("{start} {}", lines.next().map_or("", |(_, next)| next)).into();
+        }
+        let mut words = line.split_whitespace();
+        // Names may hold a #.
+        let numbers = line.split('#').next().into_iter().flat_map(str::split_whitespace).skip(1);
+        let done = match words.next() {
+            Some("v") => vertex(numbers).map(|vertex| read.mesh.vertices.push(vertex)),
+            Some("f") => face(numbers, &read.mesh).map(|triangles| {
+                let first = read.mesh.triangles.len();
+                read.mesh.triangles.extend(triangles);
+                for t in first..read.mesh.triangles.len() {
+                    groups.iter().chain([&object, &material]).for_each(|name| read.name(name, t));
+                }
+            }),
+            Some("g") => {
+                groups = words.take(MAX_GROUPS).map(str::to_owned).collect();
+                Ok(())
+            }
+            Some("o") => {
+                object = words.collect::<Vec<_>>().join(" ");
+                Ok(())
+            }
+            Some("usemtl") => {
+                material = words.collect::<Vec<_>>().join(" ");
+                Ok(())
+            }
+            _ => Ok(()),
+        };
+        done.map_err(|why| {
+            let place = format!("line {}, \"{}\"", number + 1, shown(&line));
+            MeshError::malformed(path, format!("not a valid OBJ file: {place}: {why}"))
+        })?;
     }
-    let mut read = MeshWithParts { mesh, ..MeshWithParts::default() };
-    name_parts(&mut read, text);
     Ok(read)
 }
 
-/// Names triangles by the groups, the object and the material of their faces, which the library tells in part only.
-fn name_parts(read: &mut MeshWithParts, bytes: &[u8]) {
-    let (mut groups, mut object, mut material) = (Vec::new(), String::new(), String::new());
-    let mut next = 0;
-    for line in String::from_utf8_lossy(bytes).lines() {
-        let mut words = line.split_whitespace();
-        match words.next() {
-            Some("g") => groups = words.take(MAX_GROUPS).map(str::to_owned).collect(),
-            Some("o") => object = words.collect::<Vec<_>>().join(" "),
-            Some("usemtl") => material = words.collect::<Vec<_>>().join(" "),
-            // A polygon of n corners is n - 2 triangles.
-            Some("f") => {
-                let end = next + words.count().saturating_sub(2);
-                for t in next..end.min(read.mesh.triangles.len()) {
-                    groups.iter().chain([&object, &material]).for_each(|name| read.name(name, t));
-                }
-                next = end;
-            }
-            _ => {}
-        }
+fn vertex<'a>(numbers: impl Iterator<Item = &'a str>) -> Result<Vec3, String> {
+    let mut numbers = numbers.map(|word| word.parse().ok().filter(|x: &f64| x.is_finite()));
+    let mut next = || numbers.next().flatten();
+    match (next(), next(), next()) {
+        (Some(x), Some(y), Some(z)) => Ok(Vec3::new(x, y, z)),
+        _ => Err("a vertex is three numbers, with decimal points".into()),
     }
 }
 
-/// The first line that is wrong about vertices or faces, and what is: the library tells neither.
-fn culprit(bytes: &[u8]) -> Option<String> {
-    let text = String::from_utf8_lossy(bytes);
-    let count = text.lines().filter(|l| l.split_whitespace().next() == Some("v")).count();
-    text.lines().enumerate().find_map(|(number, line)| {
-        let mut words = line.split_whitespace();
-        let why = match words.next()? {
-            "v" => {
-                let numbers = words.map_while(|w| w.parse::<f64>().ok()).count();
-                (numbers < 3).then(|| "a vertex is three numbers, with decimal points".to_owned())
-            }
-            "f" => words.find_map(|word| {
-                let index = word.split('/').next().and_then(|i| i.parse::<isize>().ok());
-                match index {
-                    None => Some("a face is a list of vertex numbers".into()),
-                    Some(i) if i == 0 || i.unsigned_abs() > count => {
-                        Some(format!("there is no vertex {i}: the file has {count}, numbered from 1"))
-                    }
-                    Some(_) => None,
-                }
-            }),
-            _ => None,
-        };
-        why.map(|why| format!("line {}, \"{}\": {why}", number + 1, shown(line)))
-    })
+/// The triangles of a face, whose corners are vertices counted from 1, or back from the last one by negative numbers.
+fn face<'a>(corners: impl Iterator<Item = &'a str>, mesh: &TriangleMesh) -> Result<Vec<[u32; 3]>, String> {
+    let count = mesh.vertices.len();
+    let polygon = corners.map(|word| {
+        let number = word.split('/').next().and_then(|number| number.parse::<i64>().ok());
+        let number = number.ok_or("a face is a list of vertex numbers")?;
+        let index = if number < 0 { count as i64 + number } else { number - 1 };
+        u32::try_from(index).ok().filter(|v| (*v as usize) < count).ok_or_else(|| {
+            format!("there is no vertex {number}: {count} stand before this line, numbered from 1")
+        })
+    });
+    let polygon = polygon.collect::<Result<Vec<u32>, String>>()?;
+    if polygon.len() > MAX_CORNERS {
+        return Err(format!("a face of {} corners; {MAX_CORNERS} are allowed", polygon.len()));
+    }
+    if mesh.triangles.len() + polygon.len() > MAX_ELEMENTS {
+        return Err(format!("more than the {MAX_ELEMENTS} triangles that are allowed"));
+    }
+    Ok(polygon::triangles(&polygon, &mesh.vertices))
 }
 
 pub(super) fn format(mesh: &TriangleMesh) -> io::Result<Vec<u8>> {

@@ -1,6 +1,7 @@
 //! PLY, ASCII and binary.
 
-use super::{MAX_ELEMENTS, MeshError, MeshWithParts, fan, shown};
+use super::polygon::{self, MAX_CORNERS};
+use super::{MAX_ELEMENTS, MeshError, MeshWithParts, shown};
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
     DefaultElement, ElementDef, Encoding, Ply, Property, PropertyAccess, PropertyAccessResult, PropertyDef,
@@ -13,6 +14,9 @@ use rsph_core::surface::SurfaceField;
 use rsph_core::tensor::Vec3;
 use std::io;
 use std::path::Path;
+
+/// What negative numbers of vertices become.
+const NO_VERTEX: u32 = u32::MAX;
 
 /// A vertex, a face, or something else in a file.
 #[derive(Default)]
@@ -113,7 +117,7 @@ fn vertex_numbers(property: &Property) -> Option<Vec<u32>> {
     where
         u32: TryFrom<T>,
     {
-        list.iter().map(|&v| u32::try_from(v).unwrap_or(u32::MAX)).collect()
+        list.iter().map(|&v| u32::try_from(v).unwrap_or(NO_VERTEX)).collect()
     }
     match property {
         Property::ListChar(l) => Some(from(l)),
@@ -139,7 +143,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<MeshWithParts, MeshErro
     if let Some(missing) = ["x", "y", "z"].into_iter().find(|p| !has("vertex", p)) {
         return Err(invalid(&format!("vertices have no property \"{missing}\"")));
     }
-    let (mut vertices, mut faces) = (Vec::new(), Vec::new());
+    let (mut vertices, mut faces, mut strips) = (Vec::new(), Vec::new(), Vec::new());
     for (name, element) in &header.elements {
         // Every element takes a byte or more: without this check a header could fill the memory.
         if element.count > bytes.len() || element.properties.is_empty() && element.count > 0 {
@@ -158,19 +162,35 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<MeshWithParts, MeshErro
         match name.as_str() {
             "vertex" => vertices = items,
             "face" => faces = items,
+            "tristrips" => strips = items,
             _ => {}
         }
     }
+    if let Some(face) = faces.iter().find(|face| face.corners.len() > MAX_CORNERS) {
+        return Err(invalid(&format!("a face of {} corners; {MAX_CORNERS} are allowed", face.corners.len())));
+    }
+    faces.extend(strips.iter().flat_map(of_strip));
     Ok(with_parts(&vertices, &faces))
+}
+
+/// The faces of strips of triangles, each of which turns the other way; a number that no vertex has (-1) begins another strip.
+fn of_strip(strip: &Item) -> impl Iterator<Item = Item> + '_ {
+    strip.corners.split(|&v| v == NO_VERTEX).flat_map(|strip| {
+        let triangles =
+            strip.windows(3).enumerate().filter(|(_, t)| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]);
+        triangles.map(|(i, t)| {
+            let corners = if i % 2 == 0 { vec![t[0], t[1], t[2]] } else { vec![t[1], t[0], t[2]] };
+            Item { corners, ..Item::default() }
+        })
+    })
 }
 
 /// The mesh of vertices and faces, with the parts that their colours and the faces' numbers make.
 fn with_parts(vertices: &[Item], faces: &[Item]) -> MeshWithParts {
-    let mesh =
-        TriangleMesh { vertices: vertices.iter().map(|v| v.position).collect(), triangles: Vec::new() };
-    let mut read = MeshWithParts { mesh, ..MeshWithParts::default() };
+    let positions: Vec<Vec3> = vertices.iter().map(|v| v.position).collect();
+    let mut read = MeshWithParts::default();
     for face in faces {
-        for triangle in fan(&face.corners) {
+        for triangle in polygon::triangles(&face.corners, &positions) {
             let t = read.mesh.triangles.len();
             read.mesh.triangles.push(triangle);
             let of_corners = || {
@@ -183,6 +203,7 @@ fn with_parts(vertices: &[Item], faces: &[Item]) -> MeshWithParts {
             face.labels.iter().for_each(|(label, value)| read.name(&format!("{label}={value}"), t));
         }
     }
+    read.mesh.vertices = positions;
     read
 }
 

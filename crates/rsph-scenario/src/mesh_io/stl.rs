@@ -2,6 +2,7 @@
 
 mod ascii;
 
+use super::text::decode;
 use super::{MeshError, MeshWithParts};
 use rsph_core::mesh::TriangleMesh;
 use rsph_core::tensor::Vec3;
@@ -12,20 +13,22 @@ use std::path::Path;
 const HEADER: usize = 84;
 const TRIANGLE: usize = 50;
 
-/// The triangles of a file. The length tells text from numbers: many programs begin binary files with "solid"
-/// too.
+/// The triangles of a file. The length tells numbers from text: many programs begin binary files with "solid" too, and a text as
+/// long as it would announce is larger than any file that is read.
 pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<MeshWithParts, MeshError> {
     let count: Option<[u8; 4]> = bytes.get(80..HEADER).and_then(|b| b.try_into().ok());
     let length = |count: u32| HEADER + TRIANGLE * count as usize;
     let expected = count.map(|n| length(u32::from_le_bytes(n)));
-    let start = bytes.trim_ascii_start();
-    let says_solid = start.get(..5).is_some_and(|b| b.eq_ignore_ascii_case(b"solid"));
-    if says_solid && expected != Some(bytes.len()) {
-        return ascii::triangles(bytes).map_err(|problem| MeshError::malformed(path, problem));
+    if expected.is_some_and(|expected| expected <= bytes.len()) {
+        return binary(path, bytes);
     }
-    let is_text = bytes.iter().take(HEADER).all(|&b| b.is_ascii_graphic() || b.is_ascii_whitespace());
+    let text = decode(bytes);
+    let start: String = text.trim_start().chars().take(HEADER).collect();
+    let is_text = start.chars().all(|c| !c.is_control() || c.is_whitespace());
+    if is_text && start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case("solid")) {
+        return ascii::triangles(&text).map_err(|problem| MeshError::malformed(path, problem));
+    }
     let problem = match (count, expected) {
-        (Some(_), Some(expected)) if expected <= bytes.len() => return binary(path, bytes),
         _ if is_text => "this is a text, but no STL file: such a text begins with \"solid\"".into(),
         (Some(count), _) if length(u32::from_be_bytes(count)) == bytes.len() => {
             "the bytes of its numbers are in the wrong order: STL files are little-endian".into()

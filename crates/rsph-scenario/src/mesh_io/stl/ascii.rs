@@ -5,16 +5,15 @@ use super::super::{MeshWithParts, shown};
 use rsph_core::tensor::Vec3;
 
 /// The triangles of all solids, each with three vertices of its own.
-pub(super) fn triangles(bytes: &[u8]) -> Result<MeshWithParts, String> {
+pub(super) fn triangles(text: &str) -> Result<MeshWithParts, String> {
     let mut read = MeshWithParts::default();
     let mut solid = String::new();
     let mut corners = 0;
     let mut last = 0;
-    for (number, line) in bytes.split(|&b| b == b'\n').enumerate() {
-        let text = String::from_utf8_lossy(line);
+    for (number, line) in text.lines().enumerate() {
         let wrong =
-            |what: &str| Err(format!("line {} of the STL file, \"{}\": {what}", number + 1, shown(&text)));
-        let mut words = text.split_whitespace();
+            |what: &str| Err(format!("line {} of the STL file, \"{}\": {what}", number + 1, shown(line)));
+        let mut words = line.split_whitespace();
         let Some(word) = words.next() else { continue };
         last = number + 1;
         match word.to_ascii_lowercase().as_str() {
