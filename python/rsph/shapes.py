@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from rsph import _rsph
-from rsph._nrrd import read_nrrd
 from rsph._scenario import Table, Vector, vector, without_none
 from rsph.errors import InputError, RsphWarning
 
@@ -259,7 +258,7 @@ class Mask(Shape):
             voxel has its centre at the origin.
         affine: instead of ``voxel``: the matrix from indices of voxels to the positions of their
             centres (m), shape (4, 4), as an image's header has it (often in mm).
-        label: the number that means inside; by default everything but 0 and False.
+        label: the number that means inside; by default everything but 0, False and NaN.
     """
 
     def __init__(
@@ -278,7 +277,12 @@ class Mask(Shape):
                 value=f"an array of shape {voxels.shape}",
                 remedy="give truth values or whole numbers in three dimensions",
             )
-        inside = np.asarray(voxels != 0 if label is None else voxels == label)
+        # What is no number is outside; labels are read to the nearest whole number.
+        inside = (
+            np.isfinite(voxels) & (voxels != 0)
+            if label is None
+            else np.abs(voxels.astype(np.float64, copy=False) - label) < 0.5
+        )
         self._table = None
         self._shape = _rsph.Shape.mask(
             np.ascontiguousarray(inside), _affine(voxel, affine).tolist(), "mask"
@@ -293,8 +297,7 @@ class LabelMap(Shape):
     Positions are those of the image (its header's, in mm most often) in metres.
 
     Args:
-        path: a NIfTI file (``.nii``, ``.nii.gz``), or an NRRD file (``.nrrd``; needs ``pip install
-            rsph[nrrd]``).
+        path: a NIfTI file (``.nii``, ``.nii.gz``) or an NRRD file (``.nrrd``).
         label: number of the organ in the image.
         scale: factor from the units of the image to metres; by default what its header says.
         axes: ``"image"`` keeps the axes of the image; ``"organ"`` turns a patient's (x to the left
@@ -311,14 +314,9 @@ class LabelMap(Shape):
         axes: Literal["image", "organ"] = "image",
     ) -> None:
         name = os.fspath(path)
-        if name.lower().endswith((".nrrd", ".nhdr")):
-            inside, affine = read_nrrd(name, label, scale, axes)
-            self._shape = _rsph.Shape.mask(inside, affine.tolist(), f"label {label} of {name}")
-            self._table = None
-        else:
-            self._shape = _rsph.Shape.label_map(name, label, scale, axes)
-            self._table = without_none(path=os.path.abspath(name), label=label, scale=scale)
-            self._table |= {"axes": axes}
+        self._shape = _rsph.Shape.label_map(name, label, scale, axes)
+        self._table = without_none(path=os.path.abspath(name), label=label, scale=scale)
+        self._table |= {"axes": axes}
         for note in self._shape.notes:
             warnings.warn(note, RsphWarning, stacklevel=2)
 

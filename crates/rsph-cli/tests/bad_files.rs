@@ -53,7 +53,7 @@ fn arguments(bench: &Bench, name: &str) -> Vec<String> {
             let words = ["run", "around.toml", "--output", "results", "--resume"];
             return words.map(String::from).to_vec();
         }
-        Some("nii" | "gz") => format!("labelmap = {{ path = \"{name}\", label = 2 }}"),
+        Some("nii" | "gz" | "nrrd") => format!("labelmap = {{ path = \"{name}\", label = 2 }}"),
         _ => format!("shape = {{ mesh = {{ path = \"{name}\" }} }}"),
     };
     bench.write("around.toml", format!("[body]\n{body}\n{AROUND}"));

@@ -208,7 +208,12 @@ fn label_maps_that_show_no_body_are_named() {
     refuses("liver_load", shape, axes, &["body.labelmap.axes", "image", "organ"]);
     let scale = "labelmap = { path = \"a.nii\", scale = -1.0 }";
     refuses("liver_load", shape, scale, &["body.labelmap.scale", "greater than 0"]);
-    refuses("liver_load", shape, "labelmap = { path = \"case.toml\" }", &["case.toml", "no NIfTI file"]);
+    refuses(
+        "liver_load",
+        shape,
+        "labelmap = { path = \"case.toml\" }",
+        &["case.toml", "no NIfTI or NRRD file"],
+    );
     let both = format!("{shape}\nlabelmap = \"a.nii\"");
     refuses("liver_load", shape, &both, &["body.labelmap", "exclude each other"]);
     refuses("liver_load", shape, "", &["body", "shape"]);

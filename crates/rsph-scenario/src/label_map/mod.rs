@@ -1,15 +1,19 @@
 //! Segmentations of CT and MR images, in which numbers stand for organs. One format a file.
 
 mod grid;
-mod header;
+mod gzip;
+mod image;
 mod lookup;
 mod nifti;
+mod nrrd;
+mod number;
 
 pub use grid::{ImageGrid, read_grid};
 pub use lookup::{OfLabel, volume_field};
 
 use rsph_core::shape::{Placement, Run};
 use rsph_core::tensor::{Mat3, Vec3};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A segmentation that can not be read, or does not hold what is asked for.
@@ -57,6 +61,19 @@ pub struct Volume {
     pub grid: ImageGrid,
 }
 
+/// What an image holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Survey {
+    /// Its voxels.
+    pub grid: ImageGrid,
+    /// Lowest and highest value.
+    pub range: [f64; 2],
+    /// Voxels of each label; `None` for an image whose values are no labels.
+    pub labels: Option<BTreeMap<i64, u64>>,
+    /// Voxels without a value: not a number, or infinite.
+    pub without: u64,
+}
+
 impl Labelled {
     /// Where the image is in metres, or in units of which `scale` make one of the file's.
     pub fn placement(&self, scale: Option<f64>, axes: Axes) -> Placement {
@@ -75,24 +92,36 @@ impl Axes {
     }
 }
 
-/// The voxels of the number `label` in the NIfTI file `path` (`.nii` or `.nii.gz`).
+/// The voxels of the number `label` in the NIfTI or NRRD file `path`.
 ///
 /// # Errors
 /// A file that can not be read, is broken, has more than three dimensions, or holds no such voxel.
 pub fn read_label(path: &Path, label: u32) -> Result<Labelled, LabelMapError> {
-    nifti::read(path, label).map_err(|Problem(problem, remedy)| LabelMapError {
+    image::read(path, label).map_err(|Problem(problem, remedy)| LabelMapError {
         path: path.into(),
         problem,
         remedy,
     })
 }
 
-/// All values of the NIfTI file `path` (`.nii` or `.nii.gz`).
+/// All values of the NIfTI or NRRD file `path`.
 ///
 /// # Errors
 /// A file that can not be read, is broken, has more than three dimensions, or is very large.
 pub fn read_values(path: &Path) -> Result<Volume, LabelMapError> {
-    nifti::values(path).map_err(|Problem(problem, remedy)| LabelMapError {
+    image::values(path).map_err(|Problem(problem, remedy)| LabelMapError {
+        path: path.into(),
+        problem,
+        remedy,
+    })
+}
+
+/// What the NIfTI or NRRD file `path` holds.
+///
+/// # Errors
+/// A file that can not be read, is broken, or has more than three dimensions.
+pub fn survey(path: &Path) -> Result<Survey, LabelMapError> {
+    image::survey(path).map_err(|Problem(problem, remedy)| LabelMapError {
         path: path.into(),
         problem,
         remedy,
@@ -103,5 +132,5 @@ pub fn read_values(path: &Path) -> Result<Volume, LabelMapError> {
 struct Problem(String, String);
 
 fn broken(what: impl Into<String>) -> Problem {
-    Problem(what.into(), "export the segmentation again, as one NIfTI file (.nii or .nii.gz)".into())
+    Problem(what.into(), "export the segmentation again, as one file (.nii, .nii.gz or .nrrd)".into())
 }

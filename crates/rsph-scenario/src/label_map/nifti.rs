@@ -1,186 +1,170 @@
-//! NIfTI files, plain or compressed, read row by row: an image is never in memory as a whole.
+//! The headers of NIfTI-1 and NIfTI-2 (nifti.nimh.nih.gov): what of them a segmentation needs, checked.
 
-use super::header::{Header, kind, understand};
-use super::{ImageGrid, Labelled, Problem, Volume, broken};
-use flate2::read::MultiGzDecoder;
-use rsph_core::shape::Run;
-use std::collections::BTreeSet;
-use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
-use std::path::Path;
+use super::image::Header;
+use super::number::Number;
+use super::{Problem, broken};
+use rsph_core::shape::Placement;
+use rsph_core::tensor::{Mat3, Vec3};
 
-/// Most voxels of an image; a CT scan of a whole body has a quarter of them.
-const MAX_VOXELS: u64 = 2_000_000_000;
-/// Most voxels of a map of values, of 4 bytes each.
-const MAX_VALUES: usize = 500_000_000;
-/// Most runs of a label, of 32 bytes each; a liver in voxels of half a millimetre has 200,000.
-const MAX_RUNS: usize = 10_000_000;
-/// Most bytes after the voxels of an archive that are looked at.
-const MAX_REST: u64 = 100_000_000;
-/// Labels that a message lists.
-const LISTED: usize = 20;
-/// The first bytes of a file compressed by gzip.
-const GZIP: [u8; 2] = [0x1f, 0x8b];
+/// Bytes of a NIfTI-1 and of a NIfTI-2 header.
+pub const SIZES: [usize; 2] = [348, 540];
+/// Voxels begin before this byte: what comes before is text about the image.
+const LAST_START: f64 = 1e8;
+/// More voxels than this along an axis are a broken header.
+const LONGEST: i64 = 100_000;
 
-/// What to do with a row of voxels: of the header, (j, k), and their values.
-type Row<'a> = dyn FnMut(&Header, [usize; 2], &[f64]) -> Result<(), Problem> + 'a;
+/// Places in a header: byte of each entry, and types of numbers that differ between the versions.
+struct Layout {
+    dim: usize,
+    datatype: usize,
+    pixdim: usize,
+    vox_offset: usize,
+    slope: usize,
+    units: usize,
+    qform: usize,
+    sform: usize,
+    quaternion: usize,
+    rows: usize,
+    /// Number types of dimensions, real numbers, the offset, codes of forms, and units.
+    types: [Number; 5],
+}
 
-/// The voxels of `label` in the file.
-pub fn read(path: &Path, label: u32) -> Result<Labelled, Problem> {
-    let mut runs: Vec<Run> = Vec::new();
-    let mut seen = BTreeSet::new();
-    let header = each_row(path, &mut |_, [j, k], values| {
-        let mut inside: Option<Run> = None;
-        for (i, value) in values.iter().enumerate() {
-            if (value - f64::from(label)).abs() < 0.5 {
-                inside.get_or_insert(Run { start: [i, j, k], length: 0 }).length += 1;
-                continue;
-            }
-            runs.extend(inside.take());
-            if seen.len() < LISTED && value.is_finite() && *value != 0.0 {
-                seen.insert(value.round() as i64);
-            }
-        }
-        runs.extend(inside);
-        if runs.len() > MAX_RUNS {
+const NIFTI_1: Layout = Layout {
+    dim: 40,
+    datatype: 70,
+    pixdim: 76,
+    vox_offset: 108,
+    slope: 112,
+    units: 123,
+    qform: 252,
+    sform: 254,
+    quaternion: 256,
+    rows: 280,
+    types: [Number::I16, Number::F32, Number::F32, Number::I16, Number::U8],
+};
+
+const NIFTI_2: Layout = Layout {
+    dim: 16,
+    datatype: 12,
+    pixdim: 104,
+    vox_offset: 168,
+    slope: 176,
+    units: 500,
+    qform: 344,
+    sform: 348,
+    quaternion: 352,
+    rows: 400,
+    types: [Number::I64, Number::F64, Number::I64, Number::I32, Number::I32],
+};
+
+/// Size of the header that begins with these four bytes, and whether it is big-endian; `None` if it is none.
+pub fn kind(start: [u8; 4]) -> Option<(usize, bool)> {
+    let (little, big) = (i32::from_le_bytes(start), i32::from_be_bytes(start));
+    SIZES.into_iter().find_map(|size| {
+        let wanted = size as i32;
+        (little == wanted || big == wanted).then_some((size, big == wanted))
+    })
+}
+
+/// Understands a header; returns where the voxels begin in the file, too.
+///
+/// # Errors
+/// What in it is no segmentation in three dimensions.
+pub fn understand(bytes: &[u8]) -> Result<(Header, u64), Problem> {
+    let start = bytes.first_chunk().copied().unwrap_or_default();
+    let (size, big_endian) = kind(start).ok_or_else(|| broken("is no NIfTI file"))?;
+    let first = size == SIZES[0];
+    let (layout, magic) = if first { (NIFTI_1, 344) } else { (NIFTI_2, 4) };
+    match bytes.get(magic..magic + 3) {
+        Some(b"n+1" | b"n+2") => {}
+        Some(b"ni1" | b"ni2") => {
             return Err(Problem(
-                format!("has more than {MAX_RUNS} pieces of rows with the label {label}: this is noise"),
-                "smooth the segmentation, or save it with whole numbers".into(),
+                "is the header of a pair of files (.hdr and .img)".into(),
+                "save the image as one file (.nii or .nii.gz)".into(),
             ));
         }
-        Ok(())
-    })?;
-    if runs.is_empty() {
-        let list: Vec<String> = seen.iter().map(ToString::to_string).collect();
-        let remedy = match (list.is_empty(), seen.len() < LISTED) {
-            (true, _) => "the image is empty".into(),
-            (false, true) => format!("it has the labels {}", list.join(", ")),
-            (false, false) => format!("it has the labels {}, ...", list.join(", ")),
-        };
-        return Err(Problem(format!("no voxel has the label {label}"), remedy));
+        _ => return Err(broken("is no NIfTI file, although it begins like one")),
     }
-    Ok(Labelled { runs, size: header.size, placement: header.placement, metres: header.metres })
-}
-
-/// All values of the file.
-pub fn values(path: &Path) -> Result<Volume, Problem> {
-    let mut values = Vec::new();
-    let header = each_row(path, &mut |header, _, row| {
-        let count: usize = header.size.iter().product();
-        if count > MAX_VALUES {
-            return Err(Problem(
-                format!("has {count} voxels; {MAX_VALUES} are allowed for a map of values"),
-                "cut the image to the organ, or make it coarser".into(),
-            ));
-        }
-        values.extend(row.iter().map(|value| *value as f32));
-        Ok(())
+    let at = |place: usize, number: Number| number.read(bytes.get(place..).unwrap_or_default(), big_endian);
+    let list = |place: usize, number: Number, i: usize| at(place + i * number.bytes(), number);
+    let [dims, real, offset, form, units] = layout.types;
+    let dim = |i: usize| list(layout.dim, dims, i) as i64;
+    let code = at(layout.datatype, Number::I16) as i64;
+    let number = Number::from_code(code).ok_or_else(|| {
+        Problem(
+            format!("has voxels of the type {code}, which are no plain numbers"),
+            "save the label map with whole numbers (for example int16)".into(),
+        )
     })?;
-    let grid = ImageGrid { size: header.size, placement: header.placement, metres: header.metres };
-    Ok(Volume { values, grid })
-}
-
-/// Hands the file to `visit` row by row.
-fn each_row(path: &Path, visit: &mut Row<'_>) -> Result<Header, Problem> {
-    let (mut stream, length) = open(path)?;
-    let header = rows_of(&mut stream, length, visit)?;
-    if length.is_none() {
-        // Whether the archive is whole is known at its end.
-        io::copy(&mut stream.take(MAX_REST), &mut io::sink())
-            .map_err(|e| broken(format!("is a damaged archive: {e}")))?;
-    }
-    Ok(header)
-}
-
-/// The header of the file.
-pub fn read_header(path: &Path) -> Result<Header, Problem> {
-    header(&mut open(path)?.0)
-}
-
-/// The file as a stream, and how many bytes it has where that is known: where it is no archive.
-fn open(path: &Path) -> Result<(Box<dyn Read>, Option<u64>), Problem> {
-    let unreadable = |e: &io::Error| {
-        let remedy = match e.kind() {
-            io::ErrorKind::NotFound => "check the path; a relative one in a scenario starts beside its file",
-            _ => "check the file and its permissions",
-        };
-        Problem(format!("cannot be read: {e}"), remedy.into())
+    let metres = match at(layout.units, units) as i64 & 7 {
+        1 => 1.0,
+        3 => 1e-6,
+        // Millimetres, also where nothing is said.
+        _ => 1e-3,
     };
-    let info = std::fs::metadata(path).map_err(|e| unreadable(&e))?;
-    if !info.is_file() {
-        return Err(Problem("is not a regular file".into(), "give the path of a NIfTI file".into()));
-    }
-    if info.len() == 0 {
-        return Err(broken("is empty"));
-    }
-    let mut file = File::open(path).map_err(|e| unreadable(&e))?;
-    let mut start = Vec::new();
-    (&mut file).take(2).read_to_end(&mut start).map_err(|e| unreadable(&e))?;
-    file.seek(SeekFrom::Start(0)).map_err(|e| unreadable(&e))?;
-    let file = BufReader::with_capacity(1 << 16, file);
-    if start == GZIP {
-        Ok((Box::new(BufReader::with_capacity(1 << 16, MultiGzDecoder::new(file))), None))
+    let slope = at(layout.slope, real);
+    let scaling = if slope.is_finite() && slope != 0.0 {
+        (slope, at(layout.slope + real.bytes(), real))
     } else {
-        Ok((Box::new(file), Some(info.len())))
+        (1.0, 0.0)
+    };
+    // The sizes are positive by the format; programs write others. The first number is no size but a sign.
+    let size_of = |i: usize| list(layout.pixdim, real, i);
+    let pixdim = [size_of(0), size_of(1).abs(), size_of(2).abs(), size_of(3).abs()];
+    let placement = if at(layout.sform, form) > 0.0 {
+        let row = |i: usize, j: usize| list(layout.rows, real, 4 * i + j);
+        Placement { axes: Mat3::from_fn(row), origin: Vec3::from_fn(|i, _| row(i, 3)) }
+    } else if at(layout.qform, form) > 0.0 {
+        let q: [f64; 6] = std::array::from_fn(|i| list(layout.quaternion, real, i));
+        Placement { axes: rotation([q[0], q[1], q[2]], &pixdim), origin: Vec3::new(q[3], q[4], q[5]) }
+    } else {
+        let edges = Vec3::new(pixdim[1], pixdim[2], pixdim[3]);
+        Placement { axes: Mat3::from_diagonal(&edges), origin: Vec3::zeros() }
+    };
+    let offset = at(layout.vox_offset, offset);
+    if !(offset >= size as f64 && offset < LAST_START) {
+        return Err(broken(format!("says that its voxels begin at byte {offset}, which can not be")));
     }
+    let size = voxels(&std::array::from_fn(dim))?;
+    Ok((Header { size, number, scaling, placement, metres, big_endian }, offset as u64))
 }
 
-/// Hands a stream of `length` bytes, if that is known, to `visit` row by row.
-fn rows_of(stream: &mut dyn Read, length: Option<u64>, visit: &mut Row<'_>) -> Result<Header, Problem> {
-    let header = header(stream)?;
-    let [nx, ny, nz] = header.size;
-    // Sizes are below 1e5 each, so that this fits.
-    let count = nx as u64 * ny as u64 * nz as u64;
-    if count > MAX_VOXELS {
+/// The size of an image in three dimensions.
+fn voxels(dim: &[i64; 8]) -> Result<[usize; 3], Problem> {
+    let count = dim[0];
+    if !(1..=7).contains(&count) {
+        return Err(broken(format!("says that it has {count} dimensions")));
+    }
+    let along = |i: usize| if i as i64 <= count { dim[i] } else { 1 };
+    if let Some(i) = (4..8).find(|&i| along(i) > 1) {
         return Err(Problem(
-            format!("has {nx} x {ny} x {nz} voxels; {MAX_VOXELS} are allowed in all"),
-            "cut the image to the organ, or make it coarser".into(),
+            format!(
+                "has {} images along dimension {i}; a segmentation is one image of three dimensions",
+                along(i)
+            ),
+            "save one of them, with numbers for the organs".into(),
         ));
     }
-    let needed = header.offset + count * header.number.bytes() as u64;
-    if let Some(length) = length.filter(|length| *length < needed) {
-        return Err(broken(format!(
-            "ends too early: an image of {nx} x {ny} x {nz} voxels needs {needed} bytes, the file has {length}"
-        )));
+    if let Some(i) = (1..4).find(|&i| !(1..=LONGEST).contains(&along(i))) {
+        return Err(broken(format!("says that it has {} voxels along dimension {i}", along(i))));
     }
-    let mut row = vec![0; nx * header.number.bytes()];
-    let mut values = vec![0.0; nx];
-    let (slope, intercept) = header.scaling;
-    for k in 0..nz {
-        for j in 0..ny {
-            stream.read_exact(&mut row).map_err(|e| {
-                broken(format!("{} in slice {k} of {nz}, where voxels should be", cut_or_damaged(&e)))
-            })?;
-            for (value, bytes) in values.iter_mut().zip(row.chunks_exact(header.number.bytes())) {
-                *value = slope * header.number.read(bytes, header.big_endian) + intercept;
-            }
-            visit(&header, [j, k], &values)?;
-        }
-    }
-    Ok(header)
+    Ok(std::array::from_fn(|i| along(i + 1) as usize))
 }
 
-fn cut_or_damaged(error: &io::Error) -> String {
-    match error.kind() {
-        io::ErrorKind::UnexpectedEof => "ends".into(),
-        _ => format!("can not be read ({error})"),
-    }
-}
-
-/// Reads the header and what lies between it and the voxels.
-fn header(stream: &mut dyn Read) -> Result<Header, Problem> {
-    let short = |e: io::Error| broken(format!("{} within its header", cut_or_damaged(&e)));
-    let mut start = [0; 4];
-    stream.read_exact(&mut start).map_err(short)?;
-    let (size, _) = kind(start).ok_or_else(|| broken("is no NIfTI file"))?;
-    let mut bytes = start.to_vec();
-    bytes.resize(size, 0);
-    stream.read_exact(&mut bytes[4..]).map_err(short)?;
-    let header = understand(&bytes)?;
-    let between = header.offset.saturating_sub(size as u64);
-    let skipped = io::copy(&mut stream.take(between), &mut io::sink()).map_err(short)?;
-    if skipped < between {
-        return Err(broken("ends before its first voxel"));
-    }
-    Ok(header)
+/// The axes of a quaternion (b, c, d) with these edges of voxels; the sign of the third is `pixdim[0]`.
+fn rotation([b, c, d]: [f64; 3], pixdim: &[f64; 4]) -> Mat3 {
+    let a = (1.0 - b * b - c * c - d * d).max(0.0).sqrt();
+    let turn = Mat3::new(
+        a * a + b * b - c * c - d * d,
+        2.0 * (b * c - a * d),
+        2.0 * (b * d + a * c),
+        2.0 * (b * c + a * d),
+        a * a + c * c - b * b - d * d,
+        2.0 * (c * d - a * b),
+        2.0 * (b * d - a * c),
+        2.0 * (c * d + a * b),
+        a * a + d * d - b * b - c * c,
+    );
+    let handed = if pixdim[0] < 0.0 { -1.0 } else { 1.0 };
+    turn * Mat3::from_diagonal(&Vec3::new(pixdim[1], pixdim[2], handed * pixdim[3]))
 }

@@ -12,7 +12,7 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, serde::Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LabelMapTable {
-    /// NIfTI file (.nii, .nii.gz); a relative path starts at the scenario file.
+    /// NIfTI or NRRD file (.nii, .nii.gz, .nrrd); a relative path starts at the scenario file.
     pub path: String,
     /// Number of the organ in the image. Default: 1.
     #[schemars(range(min = 1))]

@@ -66,7 +66,7 @@ impl JsonSchema for MaterialTables {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ModulusTable {
-    /// NIfTI file (.nii, .nii.gz) of the organ; a relative path starts at the scenario file.
+    /// NIfTI or NRRD file (.nii, .nii.gz, .nrrd) of the organ; a relative path starts at the scenario file.
     pub path: String,
     /// What its values are multiplied by to be Young's modulus (Pa): 1000 for kPa, 3000 for a shear modulus in kPa. Default: 1.
     #[serde(default = "one")]
