@@ -1,6 +1,7 @@
 //! Fields on the voxels of an image.
 
 use crate::errors;
+use crate::pool::detach;
 use pyo3::prelude::*;
 use rsph_core::error::InvalidInput;
 use rsph_scenario::label_map::{Axes, read_grid};
@@ -57,7 +58,7 @@ pub fn frame_to_nifti(
     like: PathBuf,
     outside: f32,
 ) -> PyResult<()> {
-    py.detach(|| {
+    detach(py, || {
         let particles = vtkhdf::read_step(&folder.join("particles.vtkhdf"), Some(step))
             .map_err(|e| errors::results(&e))?;
         let registration = registration(&folder).map_err(|e| errors::scenario_file(&e))?;

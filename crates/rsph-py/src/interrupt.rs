@@ -1,6 +1,7 @@
 //! Work that the user can interrupt by Ctrl-C although it does not look up by itself.
 
 use crate::errors::plain;
+use crate::pool::compute;
 use pyo3::prelude::*;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
@@ -23,7 +24,7 @@ pub fn interruptible<T: Send + 'static>(
         .name("rsph".into())
         .spawn(move || {
             // Nobody listens any more after an interruption.
-            let _ = sender.send(work());
+            let _ = sender.send(compute(work));
         })
         .map_err(|e| plain(&format!("cannot start a thread: {e}")))?;
     py.detach(move || {

@@ -14,6 +14,7 @@ mod history;
 mod image;
 mod interrupt;
 mod law;
+mod pool;
 mod results;
 mod run;
 mod sampling;
@@ -50,6 +51,7 @@ mod _rsph {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        crate::pool::begin();
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

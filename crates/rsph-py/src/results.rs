@@ -1,5 +1,6 @@
 //! Results files.
 
+use crate::pool::detach;
 use crate::{arrays, errors};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -11,7 +12,7 @@ use std::path::PathBuf;
 /// by name with their numbers of components.
 #[pyfunction]
 pub fn describe_results(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyDict>> {
-    let info = py.detach(|| vtkhdf::describe(&path)).map_err(|e| errors::results(&e))?;
+    let info = detach(py, || vtkhdf::describe(&path)).map_err(|e| errors::results(&e))?;
     let fields = PyDict::new(py);
     for field in info.fields {
         fields.set_item(field.name, field.components)?;
@@ -32,7 +33,7 @@ pub fn read_field<'py>(
     step: usize,
     field: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let read = py.detach(|| vtkhdf::read_field(&path, step, field)).map_err(|e| errors::results(&e))?;
+    let read = detach(py, || vtkhdf::read_field(&path, step, field)).map_err(|e| errors::results(&e))?;
     arrays::point_by_point(py, read.values, read.components)
 }
 
@@ -40,7 +41,7 @@ pub fn read_field<'py>(
 /// and `fields` by name.
 #[pyfunction]
 pub fn read_frame(py: Python<'_>, path: PathBuf, step: usize) -> PyResult<Bound<'_, PyDict>> {
-    let frame = py.detach(|| vtkhdf::read_step(&path, Some(step))).map_err(|e| errors::results(&e))?;
+    let frame = detach(py, || vtkhdf::read_step(&path, Some(step))).map_err(|e| errors::results(&e))?;
     let fields = PyDict::new(py);
     for field in frame.fields {
         fields.set_item(field.name, arrays::point_by_point(py, field.values, field.components)?)?;

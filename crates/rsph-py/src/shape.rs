@@ -2,6 +2,7 @@
 
 use crate::arrays;
 use crate::errors;
+use crate::pool::detach;
 use numpy::{PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::prelude::*;
 use rsph_core::error::InvalidInput;
@@ -99,14 +100,14 @@ impl Shape {
     /// An organ that the program builds itself.
     #[staticmethod]
     fn organ(py: Python<'_>, name: &str) -> PyResult<Self> {
-        py.detach(|| Self::analytic(core::organ(name)))
+        detach(py, || Self::analytic(core::organ(name)))
     }
 
     /// The inside of a triangle mesh from a file.
     #[staticmethod]
     fn mesh_file(py: Python<'_>, path: PathBuf, scale: f64, repair: bool) -> PyResult<Self> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        py.detach(|| {
+        detach(py, || {
             let mesh = read_mesh(&path, scale).map_err(|e| errors::mesh(&e))?;
             Self::from_mesh(&mesh, &format!("mesh {name}"), repair)
         })
@@ -127,7 +128,7 @@ impl Shape {
         }
         let triangles = triangles.rows().into_iter().map(|r| [r[0], r[1], r[2]]).collect();
         let mesh = TriangleMesh { vertices, triangles };
-        py.detach(|| Self::from_mesh(&mesh, "mesh from arrays", repair))
+        detach(py, || Self::from_mesh(&mesh, "mesh from arrays", repair))
     }
 
     /// The body of the voxels (NX, NY, NZ) that are true; `affine` (4, 4) goes from indices to positions.
@@ -150,7 +151,7 @@ impl Shape {
             axes: Mat3::from_fn(|i, j| affine[i][j]),
             origin: Vec3::from_fn(|i, _| affine[i][3]),
         };
-        py.detach(|| Self::from_voxels(&runs, size, &placement, &name))
+        detach(py, || Self::from_voxels(&runs, size, &placement, &name))
     }
 
     /// The body of a label in a NIfTI file; `scale` absent: to metres by its header.
@@ -184,7 +185,7 @@ impl Shape {
             )));
         }
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        py.detach(|| {
+        detach(py, || {
             let read = read_label(&path, label).map_err(|e| errors::label_map(&e))?;
             let placement = read.placement(scale, axes);
             Self::from_voxels(&read.runs, read.size, &placement, &format!("label {label} of {name}"))
@@ -231,7 +232,7 @@ impl Shape {
 
     /// Writes the surface as an STL, OBJ or PLY file.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| write_mesh(&path, self.shape.surface(), &[])).map_err(|e| errors::mesh(&e))
+        detach(py, || write_mesh(&path, self.shape.surface(), &[])).map_err(|e| errors::mesh(&e))
     }
 
     /// Signed distances (N,) of points (N, 3) to the surface, negative inside.
@@ -241,7 +242,7 @@ impl Shape {
         points: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let points = arrays::vectors(&points, "points")?;
-        let distances = py.detach(|| points.iter().map(|p| self.shape.signed_distance(p)).collect());
+        let distances = detach(py, || points.iter().map(|p| self.shape.signed_distance(p)).collect());
         arrays::point_by_point(py, distances, 1)
     }
 

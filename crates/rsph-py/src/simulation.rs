@@ -5,6 +5,7 @@ use crate::field::{Trouble, python_field, python_modulus};
 use crate::force::PythonForce;
 use crate::history::History;
 use crate::interrupt::{SOON, interruptible};
+use crate::pool::detach;
 use crate::scenario::Source;
 use crate::shape::Shape;
 use crate::snapshot::Snapshot;
@@ -76,7 +77,7 @@ impl Simulation {
         compute: impl FnOnce(&mut State, &mut Listener<'_>) -> Result<(), Failure> + Send,
     ) -> PyResult<()> {
         let mut listener = Listener { report, last: Instant::now(), stopped: None };
-        let done = py.detach(|| compute(state, &mut listener));
+        let done = detach(py, || compute(state, &mut listener));
         listener.stopped.map_or(Ok(()), Err)?;
         done.map_err(|e| errors::failure(&e))
     }
@@ -172,7 +173,7 @@ impl Simulation {
     fn copy(&self, py: Python<'_>) -> PyResult<Self> {
         let state = &*self.state()?;
         let load = state.load.as_ref().map(|l| l.clone_ref(py));
-        let (simulation, history) = py.detach(|| (state.simulation.clone(), state.history.clone()));
+        let (simulation, history) = detach(py, || (state.simulation.clone(), state.history.clone()));
         let state = State { simulation, history, load };
         Ok(Self { state: Mutex::new(state), until: self.until, notes: self.notes.clone() })
     }
@@ -287,7 +288,7 @@ impl Simulation {
         let state = &mut *self.state()?;
         let tolerance = tolerance.unwrap_or(state.simulation.setup().integration.tolerance);
         let step = dt.map_or(TimeStep::Auto, TimeStep::Fixed);
-        py.detach(|| state.simulation.set_integration(Integration { scheme, tolerance }, step))
+        detach(py, || state.simulation.set_integration(Integration { scheme, tolerance }, step))
             .map_err(|e| errors::invalid_input(&e))
     }
 
@@ -304,7 +305,7 @@ impl Simulation {
             )));
         }
         let columns: Vec<f64> = (0..3).flat_map(|i| u.column(i).to_vec()).collect();
-        let force = py.detach(|| state.simulation.stiffness(&columns)).ok_or_else(|| {
+        let force = detach(py, || state.simulation.stiffness(&columns)).ok_or_else(|| {
             errors::plain("this body has no stiffness: it needs the adjoint formulation of a solid")
         })?;
         arrays::point_by_point(py, (0..3 * n).map(|k| force[k % 3 * n + k / 3]).collect(), 3)
@@ -386,7 +387,7 @@ impl Simulation {
     /// A picture of this moment.
     fn snapshot(&self, py: Python<'_>) -> PyResult<Snapshot> {
         let state = &mut *self.state()?;
-        Ok(Snapshot::new(py.detach(|| state.simulation.snapshot())))
+        Ok(Snapshot::new(detach(py, || state.simulation.snapshot())))
     }
 
     /// The surface of this moment: vertices (V, 3), triangles (T, 3) and fields by name.
@@ -395,7 +396,7 @@ impl Simulation {
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>, Bound<'py, PyDict>)> {
         let state = &mut *self.state()?;
-        let surface = py.detach(|| {
+        let surface = detach(py, || {
             let snapshot = state.simulation.snapshot();
             state.simulation.surface(&snapshot)
         });
@@ -410,7 +411,7 @@ impl Simulation {
     /// The probes' readings of this moment, by name.
     fn probes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let state = &mut *self.state()?;
-        let readings = py.detach(|| state.simulation.readings());
+        let readings = detach(py, || state.simulation.readings());
         let dict = PyDict::new(py);
         for reading in readings {
             dict.set_item(reading.name, reading.value)?;
@@ -426,7 +427,7 @@ impl Simulation {
     /// The conserved sums of this moment, by name.
     fn conservation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let state = &mut *self.state()?;
-        let c = py.detach(|| state.simulation.conservation());
+        let c = detach(py, || state.simulation.conservation());
         let dict = PyDict::new(py);
         dict.set_item("mass", c.mass)?;
         dict.set_item("momentum", vector(py, &c.momentum))?;

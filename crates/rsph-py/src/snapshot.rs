@@ -1,5 +1,6 @@
 //! One moment of a simulation.
 
+use crate::pool::detach;
 use crate::{arrays, image};
 use pyo3::prelude::*;
 use rsph_core::particles::Field;
@@ -66,7 +67,7 @@ impl Snapshot {
         outside: f32,
     ) -> PyResult<()> {
         let registration = Registration { scale, axes: image::axes(axes)? };
-        py.detach(|| {
+        detach(py, || {
             let particles = PolyData::from_snapshot(&self.snapshot);
             image::write(&path, &particles, &field, &like, registration, outside)
         })
