@@ -17,6 +17,8 @@ const BAR_LENGTH: u64 = 1000;
 pub struct Display {
     bar: Option<ProgressBar>,
     begun: Instant,
+    /// Simulated time at which this program took over.
+    from: f64,
     last_line: Instant,
     quiet: bool,
 }
@@ -26,12 +28,12 @@ impl Display {
     pub fn new(quiet: bool) -> Self {
         let bar = (!quiet && std::io::stderr().is_terminal()).then(|| {
             let bar = ProgressBar::new(BAR_LENGTH);
-            if let Ok(style) = ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}") {
+            if let Ok(style) = ProgressStyle::with_template("{bar:20} {percent:>3} %  {msg}") {
                 bar.set_style(style);
             }
             bar
         });
-        Self { bar, begun: Instant::now(), last_line: Instant::now(), quiet }
+        Self { bar, begun: Instant::now(), from: 0.0, last_line: Instant::now(), quiet }
     }
 }
 
@@ -59,19 +61,20 @@ impl Observer for Display {
     }
 
     fn resumed(&mut self, time: f64, frames: u64) {
-        tracing::info!("goes on from its checkpoint at t = {}, behind frame {frames}", number(time));
+        tracing::info!("goes on from its checkpoint at t = {}, after frame {frames}", number(time));
+        self.from = time;
     }
 
     fn progressed(&mut self, p: &Progress) {
         let part = (p.time / p.until).clamp(0.0, 1.0);
         let elapsed = self.begun.elapsed().as_secs_f64();
-        let left = if part > 0.0 { elapsed * (1.0 - part) / part } else { f64::NAN };
+        // What was done before a resume took none of this time.
+        let left = elapsed * (p.until - p.time) / (p.time - self.from);
         let line = format!(
-            "t = {} of {}, {} steps/s, {} particle updates/s, {} left",
+            "t = {} of {}, {} steps/s, {} left",
             number(p.time),
             number(p.until),
             rate(p.steps_per_second),
-            rate(p.updates_per_second),
             duration(left)
         );
         if let Some(bar) = &self.bar {

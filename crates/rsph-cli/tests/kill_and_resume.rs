@@ -85,6 +85,36 @@ fn assert_same(a: &Path, b: &Path) {
 }
 
 #[test]
+fn a_run_that_has_ended_goes_on_to_a_later_end() {
+    let bench = Bench::in_memory();
+    let file = scenario("tensile_liver");
+    let run = |folder: &str, until: &str, every: &str, more: &[&str]| {
+        let (until, every) = (format!("time.until={until}"), format!("output.every={every}"));
+        let sets = ["--set", &until, "--set", &every, "--quiet", "--output", folder];
+        bench.rsph(&[&["run", file.to_str().unwrap()], &sets[..], more].concat())
+    };
+    assert_eq!(run("whole", "0.5", "0.125", &[]).code, Some(0));
+    assert_eq!(run("part", "0.25", "0.125", &[]).code, Some(0));
+    let longer = run("part", "0.5", "0.125", &["--resume", "--set", "title=\"longer\""]);
+    assert_eq!(longer.code, Some(0), "{}", longer.err);
+    for file in ["particles.vtkhdf", "surface.vtkhdf"] {
+        let [whole, part] = ["whole", "part"].map(|f| frames(&bench.path(f).join(file)).unwrap());
+        assert!(whole == part && whole.len() == 5, "{} frames of {file}", part.len());
+    }
+    let probes = |folder: &str| std::fs::read(bench.path(folder).join("probes.csv")).unwrap();
+    assert!(probes("whole") == probes("part"));
+    // With other frames from here on: at .55 and .6.
+    assert_eq!(run("part", "0.6", "0.05", &["--resume"]).code, Some(0));
+    let info = describe(&bench.path("part/particles.vtkhdf")).unwrap();
+    let times: Vec<f64> = info.times.iter().map(|t| (1e6 * t).round() / 1e6).collect();
+    assert_eq!(times, [0.0, 0.125, 0.25, 0.375, 0.5, 0.55, 0.6]);
+    let earlier = run("part", "0.3", "0.05", &["--resume"]);
+    assert!(earlier.code == Some(2) && earlier.err.contains("later than the end"), "{}", earlier.err);
+    let other = run("part", "0.7", "0.05", &["--resume", "--set", "material.poisson_ratio=0.31"]);
+    assert!(other.code == Some(2) && other.err.contains("material.poisson_ratio"), "{}", other.err);
+}
+
+#[test]
 fn a_run_that_is_killed_and_resumed_ends_as_one_that_never_was() {
     let (kills, until) = (number("RSPH_KILLS", 6.0) as usize, number("RSPH_UNTIL", 1.0));
     let bench = Bench::in_memory();

@@ -174,7 +174,7 @@ pub fn run_with(
     let mut prepared = Prepared::new(scenario)?;
     if let Some(checkpoint) = &checkpoint {
         prepared.notes.extend(resume::note(checkpoint));
-        resume::restore(folder, checkpoint, &mut prepared.simulation, &mut prepared.accounting)?;
+        resume::restore(folder, checkpoint, &mut prepared)?;
     } else {
         output.claim()?;
     }

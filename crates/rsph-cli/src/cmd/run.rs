@@ -10,6 +10,9 @@ use rsph_scenario::scenario::LoadedScenario;
 use rsph_scenario::sink::{Outcome, Status};
 use std::path::{Path, PathBuf};
 
+/// Most threads that are started for each core.
+const MOST_THREADS_A_CORE: usize = 4;
+
 /// Run a scenario and store its results
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -51,11 +54,8 @@ pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
     let folder = arguments.output.clone().unwrap_or_else(|| {
         Path::new("out").join(arguments.scenario.file_stem().unwrap_or_else(|| "scenario".as_ref()))
     });
-    if let Some(n) = arguments.threads {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(n.into())
-            .build_global()
-            .map_err(|e| Trouble::system(format!("cannot start {n} threads: {e}"), "ask for fewer"))?;
+    if let Some(asked) = arguments.threads {
+        start_threads(asked.into())?;
     }
     let begin = match (arguments.resume, arguments.force) {
         (true, _) => Begin::Resumed,
@@ -73,6 +73,21 @@ pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
         Status::Interrupted => Ok(interrupt.code()),
         Status::Failed(failure) => Err(Trouble::failure(failure)),
     }
+}
+
+/// Starts so many threads, or as many as are of use.
+fn start_threads(asked: usize) -> Result<(), Trouble> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = asked.min(MOST_THREADS_A_CORE * cores);
+    if threads < asked {
+        tracing::warn!(
+            "{asked} threads would only wait for each other on {cores} cores: {threads} are started"
+        );
+    }
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build_global()
+        .map_err(|e| Trouble::system(format!("cannot start {threads} threads: {e}"), "ask for fewer"))
 }
 
 fn summary(outcome: &Outcome, folder: &Path) -> String {

@@ -102,16 +102,7 @@ impl OutputFolder {
     /// When it holds results that are not to be replaced or continued, when there is nothing to continue, or
     /// when it is something else than a folder.
     pub fn new(path: &Path, begin: Begin) -> Result<Self, FolderError> {
-        let held = RESULTS.iter().find(|f| path.join(f).exists());
-        match (begin, held) {
-            (Begin::Fresh, Some(file)) => {
-                return Err(FolderError::HoldsResults { path: path.into(), file });
-            }
-            (Begin::Resumed, _) if !path.join(CHECKPOINT).exists() => {
-                return Err(FolderError::NothingToResume { path: path.into() });
-            }
-            _ => {}
-        }
+        check_results(path, begin)?;
         let nearest = path.ancestors().find(|a| a.exists());
         if let Some(there) = nearest.filter(|a| !a.is_dir()) {
             let source = io::Error::new(
@@ -153,6 +144,8 @@ impl OutputFolder {
             Err(TryLockError::Error(e)) if e.kind() == io::ErrorKind::Unsupported => {}
             Err(TryLockError::Error(e)) => return Err(failed(e)),
         }
+        // Another run may have come and gone since the first look.
+        check_results(&self.path, self.begin)?;
         self.try_clear().map_err(failed)?;
         self.lock = Some(lock);
         Ok(&self.path)
@@ -173,9 +166,31 @@ impl OutputFolder {
     }
 }
 
+/// Whether a run may begin so with what is in the folder.
+fn check_results(path: &Path, begin: Begin) -> Result<(), FolderError> {
+    let held = RESULTS.iter().find(|f| path.join(f).exists());
+    match (begin, held) {
+        (Begin::Fresh, Some(file)) => Err(FolderError::HoldsResults { path: path.into(), file }),
+        (Begin::Resumed, _) if !path.join(CHECKPOINT).exists() => {
+            Err(FolderError::NothingToResume { path: path.into() })
+        }
+        _ => Ok(()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn results_that_came_meanwhile_are_kept() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut folder = OutputFolder::new(dir.path(), Begin::Fresh).unwrap();
+        std::fs::write(dir.path().join("summary.json"), "{}").unwrap();
+        let refused = folder.claim().unwrap_err();
+        assert!(refused.to_string().contains("summary.json"), "{refused}");
+        assert!(dir.path().join("summary.json").exists());
+    }
 
     #[test]
     fn results_are_kept_unless_forced() {

@@ -231,6 +231,12 @@ fn frame_count(from: f64, until: f64, interval: f64) -> u64 {
     ((until - from) / interval - 1e-9).ceil().max(if until > from { 1.0 } else { 0.0 }) as u64
 }
 
+/// Number of frames after the first up to time `t`.
+pub(super) fn frames_until(from: f64, until: f64, interval: f64, t: f64) -> u64 {
+    let count = frame_count(from, until, interval);
+    if t >= until { count } else { (((t - from) / interval + 1e-9).floor() as u64).min(count) }
+}
+
 /// The moment of frame `k` of `count` after the first: multiples of `interval`, and `until`.
 fn frame_time(from: f64, until: f64, interval: f64, k: u64, count: u64) -> f64 {
     if k == count { until } else { from + k as f64 * interval }

@@ -1,7 +1,7 @@
 //! A scenario that is found good and made a simulation, ready to run.
 
 use super::accounting::Accounting;
-use super::frames::Run;
+use super::frames::{Run, frames_until};
 use super::{Observer, RunError, RunStart, memory_estimate};
 use crate::lower::{Cadence, Mode};
 use crate::output::checkpoint::Checkpoint;
@@ -23,7 +23,7 @@ pub(super) struct Prepared {
     /// What is known of the simulation before the first step.
     description: Description,
     mode: Mode,
-    until: f64,
+    pub until: f64,
     interval: f64,
     cadence: Cadence,
 }
@@ -71,6 +71,14 @@ impl Prepared {
             folder,
             notes: &self.notes,
             checkpoint,
+        }
+    }
+
+    /// Counts the frames of a motion that are done, by its time: a run that goes on may have others than before.
+    pub fn count_frames(&mut self) {
+        if matches!(self.mode, Mode::Dynamic) {
+            let Accounting { origin, done, .. } = &mut self.accounting;
+            *done = frames_until(*origin, self.until, self.interval, self.simulation.time());
         }
     }
 

@@ -1,15 +1,16 @@
 //! A run that goes on from its checkpoint: the same scenario, and the same state.
 
-use super::accounting::Accounting;
+use super::prepared::Prepared;
 use crate::output::VERSION;
 use crate::output::checkpoint::{Checkpoint, CheckpointError, FILE as CHECKPOINT};
 use crate::scenario::LoadedScenario;
-use rsph_core::simulation::Simulation;
 use std::path::Path;
 use toml::{Table, Value};
 
-/// Keys of the scenario that say nothing about its results.
-const FREE: &[&str] = &["output.checkpoint"];
+/// Keys of the scenario that say nothing about the motion.
+const FREE: &[&str] = &["title", "output.checkpoint", "output.every"];
+/// The end of a run in time; equilibria are spread over the time up to it.
+const END: &str = "time.until";
 /// Most keys that a message names.
 const MOST_KEYS: usize = 8;
 
@@ -48,7 +49,8 @@ pub(super) fn check_scenario(
     let parse = |text: &str| text.parse::<Table>().unwrap_or_default();
     let mut keys = Vec::new();
     differing("", &Value::Table(parse(then)), &Value::Table(parse(&now)), &mut keys);
-    keys.retain(|key| !FREE.iter().any(|free| key.starts_with(free)));
+    let is_static = parse(&now).get("solver").and_then(|solver| solver.get("mode")) == Some(&"static".into());
+    keys.retain(|key| !FREE.iter().any(|free| key.starts_with(free)) && (is_static || key != END));
     if keys.is_empty() {
         return Ok(());
     }
@@ -103,14 +105,24 @@ pub(super) fn note(checkpoint: &Checkpoint) -> Option<String> {
 pub(super) fn restore(
     folder: &Path,
     checkpoint: &Checkpoint,
-    simulation: &mut Simulation,
-    accounting: &mut Accounting,
+    prepared: &mut Prepared,
 ) -> Result<(), CheckpointError> {
     let state = &checkpoint.state;
+    let Prepared { simulation, accounting, until, .. } = &mut *prepared;
     simulation
         .set_state(state)
         .and_then(|()| accounting.restore(state, simulation))
-        .map_err(|e| CheckpointError::new(folder, format!("`{}`: {}", e.key, e.problem), e.remedy))
+        .map_err(|e| CheckpointError::new(folder, format!("`{}`: {}", e.key, e.problem), e.remedy))?;
+    let time = simulation.time();
+    if *until < time {
+        return Err(CheckpointError::new(
+            folder,
+            format!("is at t = {time}, later than the end of the scenario, `time.until` = {until}"),
+            "resume with a later end, or run from the start with `--force`",
+        ));
+    }
+    prepared.count_frames();
+    Ok(())
 }
 
 #[cfg(test)]
