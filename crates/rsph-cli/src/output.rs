@@ -1,6 +1,6 @@
 //! Results on stdout, without a panic when the reader (`| head`) has gone.
 
-pub use rsph_scenario::output::number;
+pub use rsph_scenario::output::{interval, number};
 
 use crate::exit::Trouble;
 use std::io::{ErrorKind, Write};

@@ -142,5 +142,5 @@ fn a_published_liver_of_open_parts_is_one_body() {
     let volume: f64 = volumes.iter().sum();
     println!("{} particles, volume {volume:.6e}\n{}{}", volumes.len(), done.out, done.err);
     assert!((volume / 2.245e-3 - 1.0).abs() < 0.05, "{volume}");
-    assert!(done.out.contains("closed, 1 pieces"), "{}", done.out);
+    assert!(done.out.contains("closed, 1 piece,"), "{}", done.out);
 }

@@ -76,14 +76,13 @@ fn description(shape: &MeshShape, body: &Body) -> String {
     let surface = shape.surface();
     let volume = body.fraction.iter().sum::<f64>() * body.grid.spacing.powi(3);
     let closed = if surface.is_closed() { "closed" } else { "open" };
+    let pieces = match surface.components() {
+        1 => "1 piece".into(),
+        several => format!("{several} pieces"),
+    };
     let genus = surface.genus().map_or_else(String::new, |g| format!(", genus {g}"));
     let mut text = String::new();
-    let _ = writeln!(
-        text,
-        "mesh: {} triangles, {closed}, {} pieces{genus}",
-        surface.triangles.len(),
-        surface.components()
-    );
+    let _ = writeln!(text, "mesh: {} triangles, {closed}, {pieces}{genus}", surface.triangles.len());
     let _ = writeln!(text, "particles: {}", body.cells.len());
     let _ = writeln!(text, "spacing: {}", number(body.grid.spacing));
     let off = 100.0 * (volume / shape.volume() - 1.0);

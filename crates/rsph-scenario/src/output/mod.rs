@@ -20,7 +20,7 @@ pub mod vtkhdf;
 pub mod vtp;
 
 pub use info::{Course, Parameter, ProbeColumn, RunInfo};
-pub use number::number;
+pub use number::{interval, number};
 
 use crate::sink::{Event, Outcome, RunSink, SinkError};
 use checkpoint::Checkpoint;
