@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """From benches/results.json (benches/measure.py) to the tables and plots of the documents.
 
-Fills what stands between `<!-- results: NAME -->` and `<!-- end -->` in docs/performance.md and
-README.md, and draws docs/images/roofline.png and docs/images/growth.png. What has not been measured
-stays as it is. Needs matplotlib.
+Fills what stands between `<!-- results: NAME -->` and `<!-- end -->` in docs/performance.md, and
+draws docs/images/roofline.png and docs/images/growth.png. What has not been measured stays as it
+is. Needs matplotlib.
 """
 
 import json
@@ -19,7 +19,7 @@ from matplotlib.axes import Axes
 
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
-DOCUMENTS = [ROOT / "docs" / "performance.md", ROOT / "README.md"]
+DOCUMENT = ROOT / "docs" / "performance.md"
 # Told apart without colours: by lines, and by filled and open marks.
 BLUE, ORANGE = "#1f4e79", "#d98200"
 SIZE = {"dpi": 110}
@@ -118,12 +118,11 @@ def main() -> None:
         for name, (make, parts) in tables.TEXTS.items()
         if not lacks(name, parts)
     }
-    for path in DOCUMENTS:
-        text = path.read_text()
-        for name, new in texts.items():
-            pattern = rf"(<!-- results: {name} -->\n).*?(<!-- end -->)"
-            text = re.sub(pattern, lambda m, new=new: f"{m[1]}{new}\n{m[2]}", text, flags=re.DOTALL)
-        path.write_text(text)
+    text = DOCUMENT.read_text()
+    for name, new in texts.items():
+        pattern = rf"(<!-- results: {name} -->\n).*?(<!-- end -->)"
+        text = re.sub(pattern, lambda m, new=new: f"{m[1]}{new}\n{m[2]}", text, flags=re.DOTALL)
+    DOCUMENT.write_text(text)
     for name, (draw, parts) in PLOTS.items():
         if not lacks(f"plot of {name}", parts):
             draw(results)
