@@ -3,7 +3,9 @@
 /// A number with four significant digits.
 pub fn number(x: f64) -> String {
     if x == 0.0 || (1e-3..1e5).contains(&x.abs()) {
-        let digits = if x == 0.0 { 0 } else { (3 - x.abs().log10().floor() as i32).clamp(0, 6) };
+        // Rounding may add a digit before the point.
+        let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
+        let digits = if x == 0.0 { 0 } else { (3 - rounded.abs().log10().floor() as i32).clamp(0, 6) };
         format!("{x:.*}", digits as usize)
     } else {
         format!("{x:.3e}")
@@ -43,6 +45,7 @@ mod tests {
         assert_eq!(number(0.0), "0");
         assert_eq!(number(0.012345), "0.01235");
         assert_eq!(number(1000.0), "1000");
+        assert_eq!(number(0.999_999_94), "1.000");
         assert_eq!(number(2.2451e-6), "2.245e-6");
     }
 }
