@@ -25,6 +25,42 @@ fn rows(path: &Path) -> Vec<Vec<f64>> {
     text.lines().skip(1).map(|l| l.split(',').map(|x| x.parse().unwrap()).collect()).collect()
 }
 
+/// A bar pulled to rest.
+const PULLED: &str = r#"
+body = { shape = { box = { size = [1.0, 1.0, 1.0] } }, spacing = 0.125 }
+material = { model = "kelvin-voigt", density = 1.0, young_modulus = 100.0, poisson_ratio = 0.0, relaxation_time = 0.1 }
+solver = { mode = "static" }
+[[boundary]]
+kind = "clamp"
+region = { plane = { axis = "z", at = 0.0, side = "below" } }
+[[load]]
+kind = "traction"
+traction = [0.0, 0.0, 1.0]
+region = { plane = { axis = "z", at = 1.0, side = "above" } }
+"#;
+
+#[test]
+fn a_static_run_asks_for_no_time_and_says_what_came_out() {
+    let bench = Bench::new();
+    bench.write("pulled.toml", PULLED);
+    for (more, unit) in
+        [(&[][..], true), (&["--set", "time.dt=100.0"], true), (&["--set", "units=normalised"], false)]
+    {
+        let done = bench.rsph(&[&["run", "pulled.toml", "--force"], more].concat());
+        assert_eq!(done.code, Some(0), "{}", done.err);
+        // The uppermost particles are at z = 0.9375.
+        let words = if unit {
+            ["displacement 0.009375 m, strain 0.01000, von Mises stress 1.000 Pa", "load (0, 0, 1.000) N"]
+        } else {
+            ["displacement 0.009375, strain 0.01000, von Mises stress 1.000\n", "load (0, 0, 1.000), carried"]
+        };
+        assert!(words.iter().all(|words| done.out.contains(words)), "{}", done.out);
+    }
+    bench.write("moving.toml", PULLED.replace("mode = \"static\"", "smoothing = 0.8"));
+    let refused = bench.rsph(&["run", "moving.toml"]);
+    assert!(refused.code == Some(2) && refused.err.contains("when the motion ends"), "{}", refused.err);
+}
+
 #[test]
 fn a_run_fills_its_folder_and_says_where() {
     let bench = Bench::new();

@@ -10,7 +10,7 @@ mod surface_part;
 
 use crate::scenario::{
     BodyTable, Document, FieldTable, FormulationName, Integrator, KeyPath, LoadedScenario, ModeName,
-    Scenario, ScenarioError, SolverTable, TimeStepValue, TimeTable, UnitsName,
+    Scenario, ScenarioError, SolverTable, TimeStepValue, TimeTable, UnitsName, remedy_at,
 };
 use crate::shape_of::{FoundShape, shape_of};
 use checks::{positive, zero_or_more};
@@ -98,8 +98,8 @@ impl LoadedScenario {
         shape: impl FnOnce() -> Result<FoundShape, ScenarioError>,
     ) -> Result<Job, ScenarioError> {
         let (doc, tables) = (self.document(), self.tables());
-        let until = tables.time.until;
-        let time_step = time_step(doc, &tables.time)?;
+        let until = tables.until();
+        let time_step = time_step(doc, tables)?;
         let frame_interval = frame_interval(doc, tables)?;
         let checkpoint = cadence(doc, tables)?;
         let mechanics = motion::mechanics(doc, tables, folder)?;
@@ -168,10 +168,17 @@ fn resolution(doc: &Document, body: &BodyTable) -> Result<Resolution, ScenarioEr
     }
 }
 
-fn time_step(doc: &Document, time: &TimeTable) -> Result<TimeStep, ScenarioError> {
-    let path = KeyPath::from("time");
-    positive(doc, &path.key("until"), time.until, "the end of the simulation")?;
+fn time_step(doc: &Document, tables: &Scenario) -> Result<TimeStep, ScenarioError> {
+    let (path, time) = (KeyPath::from("time"), &tables.time);
+    let is_static = tables.solver.mode == ModeName::Static;
+    let end = path.key("until");
+    if time.until.is_none() && !is_static {
+        return Err(doc.error(&end, "missing in `time`: when the motion ends", remedy_at(&end)));
+    }
+    positive(doc, &end, tables.until(), "the end of the simulation")?;
     match time.dt {
+        // An equilibrium is found without steps in time.
+        TimeStepValue::Seconds(dt) if dt > 0.0 && is_static => Ok(TimeStep::Auto),
         TimeStepValue::Auto => Ok(TimeStep::Auto),
         TimeStepValue::Seconds(dt) if dt > 0.0 => Ok(TimeStep::Fixed(dt)),
         TimeStepValue::Seconds(_) => Err(doc.error(
@@ -222,16 +229,16 @@ fn integration(doc: &Document, time: &TimeTable) -> Result<Integration, Scenario
 
 fn frame_interval(doc: &Document, tables: &Scenario) -> Result<f64, ScenarioError> {
     let Some(every) = tables.output.every else {
-        return Ok(tables.time.until / DEFAULT_INTERVALS);
+        return Ok(tables.until() / DEFAULT_INTERVALS);
     };
     let path = KeyPath::from("output.every");
     positive(doc, &path, every, "the time between frames")?;
-    let frames = tables.time.until / every;
+    let frames = tables.until() / every;
     if frames > MAX_FRAMES {
         return Err(doc.error(
             &path,
             format!("would write {frames:.3e} frames until the end; {MAX_FRAMES} are allowed"),
-            format!("write every {:.3e} or more", tables.time.until / MAX_FRAMES),
+            format!("write every {:.3e} or more", tables.until() / MAX_FRAMES),
         ));
     }
     Ok(every)

@@ -1,6 +1,7 @@
 //! Where a run's results go: the trait between the run loop and whoever writes or keeps them.
 
 use rsph_core::error::Failure;
+use rsph_core::particles::Field;
 use rsph_core::simulation::{Conservation, Equilibrium, Reading, RemeshLog};
 use rsph_core::snapshot::Snapshot;
 use rsph_core::state::State;
@@ -64,8 +65,38 @@ pub struct Outcome {
     pub remesh: Option<RemeshLog>,
     /// How the last equilibrium was found; `None` if none was asked for.
     pub equilibrium: Option<Equilibrium>,
+    /// Largest values at its end; `None` where nothing is strained.
+    pub largest: Option<Largest>,
     /// Things the user should know about its results (one sentence each).
     pub notes: Vec<String>,
+}
+
+/// Largest values over the particles of a solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Largest {
+    /// Length of the displacement (m).
+    pub displacement: f64,
+    /// Principal strain, either way.
+    pub strain: f64,
+    /// Von Mises' equivalent stress (Pa).
+    pub von_mises: f64,
+}
+
+impl Largest {
+    /// Of one moment; `None` for what is no solid.
+    pub fn of(snapshot: &Snapshot) -> Option<Self> {
+        let [displacement, strain, von_mises] =
+            [Field::Displacement, Field::Strain, Field::VonMises].map(|field| snapshot.column(field));
+        if strain.is_empty() {
+            return None;
+        }
+        let most = |value: &dyn Fn(usize) -> f64| (0..snapshot.len()).map(value).fold(0.0, f64::max);
+        Some(Self {
+            displacement: most(&|a| displacement.vector(a).norm()),
+            strain: most(&|a| strain.tensor(a).to_matrix().symmetric_eigenvalues().amax()),
+            von_mises: most(&|a| von_mises.values()[a]),
+        })
+    }
 }
 
 /// A result that a run hands on; they come in the order of time.

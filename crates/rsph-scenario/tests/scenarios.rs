@@ -119,7 +119,7 @@ fn the_scenario_as_run_is_read_back_the_same() {
     let first = LoadedScenario::from_text("f.toml", TENSILE.into(), PathBuf::new(), &sets).unwrap();
     let again = LoadedScenario::from_text("f.toml", first.as_run().into(), PathBuf::new(), &[]).unwrap();
     assert_eq!(format!("{:?}", first.tables()), format!("{:?}", again.tables()));
-    assert_eq!((again.tables().time.until, again.tables().body.particles), (0.5, None));
+    assert_eq!((again.tables().until(), again.tables().body.particles), (0.5, None));
 }
 
 #[test]

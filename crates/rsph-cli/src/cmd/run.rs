@@ -6,7 +6,7 @@ use crate::output::{number, print, rate};
 use crate::progress::Display;
 use clap::Args;
 use rsph_scenario::run::{self, Begin};
-use rsph_scenario::scenario::LoadedScenario;
+use rsph_scenario::scenario::{LoadedScenario, UnitsName};
 use rsph_scenario::sink::{Outcome, Status};
 use std::path::{Path, PathBuf};
 
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
     let mut display = Display::new(arguments.quiet);
     let outcome = run::run(&scenario, &folder, begin, &mut display, &interrupt.stop)?;
     if !arguments.quiet {
-        print(&summary(&outcome, &folder))?;
+        print(&summary(&outcome, &folder, scenario.tables().units))?;
     }
     match &outcome.status {
         Status::Finished => Ok(Code::Good),
@@ -90,15 +90,33 @@ fn start_threads(asked: usize) -> Result<(), Trouble> {
         .map_err(|e| Trouble::system(format!("cannot start {threads} threads: {e}"), "ask for fewer"))
 }
 
-fn summary(outcome: &Outcome, folder: &Path) -> String {
+/// What came out, and where it is.
+fn summary(outcome: &Outcome, folder: &Path, units: UnitsName) -> String {
     let how = match outcome.status {
         Status::Finished => "finished",
         Status::Interrupted => "interrupted (`--resume` goes on from here)",
         Status::Failed(_) => "failed; the results up to there are complete",
     };
     let folder = folder.display();
+    let unit = |si: &'static str| if units == UnitsName::Si { si } else { "" };
+    let (metres, pascals, newtons) = (unit(" m"), unit(" Pa"), unit(" N"));
+    let largest = outcome.largest.map_or_else(String::new, |most| {
+        format!(
+            "largest displacement {}{metres}, strain {}, von Mises stress {}{pascals}\n",
+            number(most.displacement),
+            number(most.strain),
+            number(most.von_mises),
+        )
+    });
+    let balance = outcome.equilibrium.map_or_else(String::new, |rest| {
+        let [load, held] = [rest.load, rest.reaction].map(|force| {
+            let [x, y, z] = <[f64; 3]>::from(force).map(number);
+            format!("({x}, {y}, {z}){newtons}")
+        });
+        format!("load {load}, carried by what is held: {held}\n")
+    });
     format!(
-        "{how}: t = {}, {} steps in {} s ({} steps/s, {} threads)\n\
+        "{how}: t = {}, {} steps in {} s ({} steps/s, {} threads)\n{largest}{balance}\
          picture: {folder}/report.html (open it in a browser)\n\
          ParaView: {folder}/particles.vtkhdf, {folder}/surface.vtkhdf\n",
         number(outcome.time),

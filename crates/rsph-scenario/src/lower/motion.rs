@@ -80,7 +80,7 @@ fn solid(doc: &Document, tables: &Scenario, folder: Option<&Path>) -> Result<Sol
     let mut loads = parts::loads(doc, &tables.load)?;
     if tables.solver.mode == ModeName::Static && tables.solver.steps > 1 {
         for load in loads.iter_mut().filter(|l| l.curve == Curve::default()) {
-            load.curve = Curve::ramp(0.0, tables.time.until);
+            load.curve = Curve::ramp(0.0, tables.until());
         }
     }
     (solid.boundaries, solid.loads) = (boundaries, loads);

@@ -3,7 +3,7 @@
 use super::Observer;
 use super::accounting::Accounting;
 use crate::lower::Cadence;
-use crate::sink::{Event, Outcome, RunSink, SinkError, Status};
+use crate::sink::{Event, Largest, Outcome, RunSink, SinkError, Status};
 use rsph_core::simulation::Simulation;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -143,6 +143,7 @@ impl Run<'_> {
     }
 
     fn close(&mut self, status: Status) -> Result<Outcome, SinkError> {
+        let largest = Largest::of(&self.simulation.snapshot());
         let s = &*self.simulation;
         self.observer.progressed(&self.accounting.progress(s, self.until));
         let outcome = Outcome {
@@ -154,6 +155,7 @@ impl Run<'_> {
             threads: rayon::current_num_threads(),
             remesh: s.remesh_log(),
             equilibrium: s.equilibrium(),
+            largest,
             notes: s.beyond_the_law(&self.accounting.extremes).into_iter().collect(),
         };
         self.sink.take(Event::Finish(Box::new(outcome.clone())))?;

@@ -45,7 +45,7 @@ pub fn info(start: &RunStart<'_>) -> RunInfo {
         repair: setup.shape.repair().cloned(),
         material: material(start.scenario),
         parameters: parameters(start),
-        courses: courses(setup, start.scenario.tables().time.until),
+        courses: courses(setup, start.scenario.tables().until()),
         probes: probes(setup),
         up: up(start.scenario, setup.units),
     }

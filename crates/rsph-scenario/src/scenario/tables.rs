@@ -46,6 +46,7 @@ pub struct Scenario {
     #[serde(default)]
     pub solver: SolverTable,
     /// How time advances.
+    #[serde(default)]
     pub time: TimeTable,
     /// Remeshing: particles are replaced by those of a regular lattice.
     #[serde(default)]
@@ -308,8 +309,18 @@ pub enum FormulationName {
     Paper,
 }
 
+impl Scenario {
+    /// The end of the simulation (s).
+    pub fn until(&self) -> f64 {
+        self.time.until.unwrap_or(STATIC_END)
+    }
+}
+
+/// The moment of an equilibrium where the scenario names none (s).
+const STATIC_END: f64 = 1.0;
+
 /// How time advances.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimeTable {
     /// Time integrator. Default: "auto".
@@ -322,9 +333,9 @@ pub struct TimeTable {
     /// Error of a step of "sdirk2" with dt "auto", estimated for a scheme of first order, as a share of the
     /// displacement; a fiftieth of it is the residual of implicit stages. Default: 0.02.
     pub tolerance: Option<f64>,
-    /// End of the simulation (s), positive.
+    /// End of the simulation (s), positive. Needed by a motion; in mode "static" the moment whose loads act. Default there: 1.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub until: f64,
+    pub until: Option<f64>,
     /// Run with a time step above the stability limit. Default: false.
     #[serde(default)]
     pub allow_unstable: bool,

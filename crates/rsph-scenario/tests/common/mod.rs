@@ -205,6 +205,7 @@ pub fn outcome(status: Status) -> Outcome {
         threads: 2,
         remesh: None,
         equilibrium: None,
+        largest: None,
         notes: Vec::new(),
     }
 }
