@@ -89,11 +89,13 @@ def text(source: str) -> str:
     """A file of the project as Markdown; scenarios and notebooks are turned into it."""
     path = ROOT / source
     if path.suffix == ".toml":
-        name = path.stem
+        name, scenario = path.stem, path.read_text()
+        # Those of a mesh that is not in the repository are no templates.
+        printed = "" if "/shared/" in scenario else f"; `rsph new {name}` prints it"
         return (
-            f"# {name}\n\n`{source}`; `rsph new {name}` prints it. "
+            f"# {name}\n\n`{source}`{printed}. "
             "[Every key](../docs/guide/scenario.md).\n\n"
-            f"```toml\n{path.read_text().rstrip()}\n```\n"
+            f"```toml\n{scenario.rstrip()}\n```\n"
         )
     if path.suffix == ".ipynb":
         parts = []

@@ -7,4 +7,5 @@ pub mod run;
 pub mod sample;
 pub mod schema;
 pub mod surface;
+mod unit;
 pub mod validate;

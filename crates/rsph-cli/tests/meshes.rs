@@ -73,6 +73,45 @@ fn info_of_a_mesh_says_whether_it_is_closed() {
     }
 }
 
+/// A box of these edges as OBJ.
+fn box_of([x, y, z]: [f64; 3]) -> String {
+    let corner = |k: usize| [k % 2, k / 2 % 2, k / 4].map(|i| i as f64);
+    let vertices: String =
+        (0..8).map(corner).map(|[i, j, k]| format!("v {} {} {}\n", i * x, j * y, k * z)).collect();
+    vertices + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n"
+}
+
+#[test]
+fn an_organ_of_your_own_runs_at_once() {
+    let bench = Bench::new();
+    bench.write("mm.obj", box_of([100.0, 80.0, 60.0]));
+    bench.write("m.obj", box_of([0.1, 0.08, 0.06]));
+    bench.write("cm.obj", box_of([3.0, 2.0, 2.0]));
+    let weight = 1060.0 * 9.81 * 0.1 * 0.08 * 0.054;
+    for (file, scale) in [("mm.obj", "scale = 0.001"), ("m.obj", "scale = 1")] {
+        let new = bench.rsph(&["new", "--mesh", file]);
+        assert!(
+            new.out.contains("100.0 x 80.00 x 60.00 mm, 480.0 ml") && new.out.contains(scale),
+            "{}",
+            new.out
+        );
+        bench.write("mine.toml", new.out);
+        let run =
+            bench.rsph(&["run", "mine.toml", "--output", "o", "--force", "--set", "body.particles=500"]);
+        assert_eq!(run.code, Some(0), "{}", run.err);
+        let text = std::fs::read_to_string(bench.path("o/summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let load = summary["load"][2].as_f64().unwrap();
+        assert!((load / -weight - 1.0).abs() < 1e-3, "{load} {weight}");
+        assert!(summary["readings"]["top"].as_f64().unwrap() < 0.0);
+    }
+    let unclear = bench.rsph(&["new", "--mesh", "cm.obj"]);
+    assert!(unclear.code == Some(2) && unclear.err.contains("--scale"), "{}", unclear.err);
+    let told = bench.rsph(&["new", "--mesh", "cm.obj", "--scale", "0.01"]);
+    assert!(told.out.contains("30.00 x 20.00 x 20.00 mm"), "{}{}", told.out, told.err);
+    assert_eq!(bench.rsph(&["new", "--mesh", "none.stl"]).code, Some(2));
+}
+
 #[test]
 fn the_surface_of_a_run_comes_out_closed() {
     let bench = Bench::new();

@@ -50,8 +50,10 @@ fn every_template_is_the_shipped_scenario() {
     for entry in scenario("x").parent().unwrap().read_dir().unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_stem().unwrap().to_str().unwrap();
-        let done = bench.rsph(&["new", name]);
-        assert_eq!((done.code, done.out), (Some(0), std::fs::read_to_string(&path).unwrap()), "{name}");
+        let (done, text) = (bench.rsph(&["new", name]), std::fs::read_to_string(&path).unwrap());
+        // No template names a file that the user lacks.
+        let wanted = if text.contains("/shared/") { (Some(2), String::new()) } else { (Some(0), text) };
+        assert_eq!((done.code, done.out), wanted, "{name}");
     }
     let unknown = bench.rsph(&["new", "spleen"]);
     assert_eq!(unknown.code, Some(2));

@@ -1,8 +1,12 @@
 //! `rsph new`
 
+use crate::cmd::unit::scale_to_metres;
 use crate::exit::{Code, Trouble};
-use crate::output::print;
+use crate::output::{number, print};
 use clap::Args;
+use rsph_core::shape::{MeshShape, Shape};
+use rsph_scenario::mesh_io::read_mesh;
+use std::path::{Path, PathBuf};
 
 /// Print a commented scenario to start from
 #[derive(Debug, Args)]
@@ -11,7 +15,6 @@ Templates:
   liver_load            a liver pushed by a smeared load (the default)
   liver_load_transient  its first moments, with the paper's integrator
   liver_load_144        the same with 144 particles, as in the paper
-  liver_visible_human   the same on a triangle mesh
   tensile_liver         tensile test of a cube, stiff
   tensile_kidney        tensile test of a cube, soft: it overshoots
   hanging_column        a column under its own weight
@@ -26,18 +29,24 @@ Templates:
 
 Examples:
   rsph new > my.toml
-  rsph new tensile_liver > tensile.toml")]
+  rsph new tensile_liver > tensile.toml
+  rsph new --mesh organ.stl > organ.toml")]
 pub struct Arguments {
     /// Which template
     #[arg(default_value = "liver_load")]
     template: String,
+    /// Instead of a template: an organ of your own (.stl, .obj, .ply, .glb), at rest under its weight
+    #[arg(long, value_name = "FILE", conflicts_with = "template")]
+    mesh: Option<PathBuf>,
+    /// Factor from the mesh's coordinates to metres [default: as its size suggests]
+    #[arg(long, requires = "mesh", allow_negative_numbers = true)]
+    scale: Option<f64>,
 }
 
 const TEMPLATES: &[(&str, &str)] = &[
     ("liver_load", include_str!("../../../../scenarios/liver_load.toml")),
     ("liver_load_transient", include_str!("../../../../scenarios/liver_load_transient.toml")),
     ("liver_load_144", include_str!("../../../../scenarios/liver_load_144.toml")),
-    ("liver_visible_human", include_str!("../../../../scenarios/liver_visible_human.toml")),
     ("tensile_liver", include_str!("../../../../scenarios/tensile_liver.toml")),
     ("tensile_liver_remeshed", include_str!("../../../../scenarios/tensile_liver_remeshed.toml")),
     ("tensile_kidney", include_str!("../../../../scenarios/tensile_kidney.toml")),
@@ -53,6 +62,10 @@ const TEMPLATES: &[(&str, &str)] = &[
 ];
 
 pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
+    if let Some(path) = &arguments.mesh {
+        print(&of_mesh(path, arguments.scale)?)?;
+        return Ok(Code::Good);
+    }
     let name = arguments.template.trim_end_matches(".toml");
     let Some((_, text)) = TEMPLATES.iter().find(|(n, _)| *n == name) else {
         let known = TEMPLATES.iter().map(|(n, _)| *n).collect::<Vec<_>>().join(", ");
@@ -63,4 +76,84 @@ pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
     };
     print(text)?;
     Ok(Code::Good)
+}
+
+/// Share of its height by which an organ is held.
+const HELD: f64 = 0.1;
+
+/// A scenario of the organ in the mesh file.
+fn of_mesh(path: &Path, scale: Option<f64>) -> Result<String, Trouble> {
+    let unscaled = read_mesh(path, scale.unwrap_or(1.0)).map_err(|e| Trouble::mesh(&e))?;
+    let file = path.file_name().unwrap_or_default().to_string_lossy();
+    let extents = |shape: &MeshShape| shape.bounds().size().map(|length| number(1e3 * length));
+    let build = |mesh| {
+        MeshShape::new(mesh, &format!("mesh {file}"))
+            .map_err(|e| Trouble::input(format!("{}: {}", path.display(), e.problem), e.remedy))
+    };
+    let bounds = unscaled.merged().bounds();
+    let found = match (scale, bounds) {
+        (Some(given), _) => Some(given),
+        (None, Some(bounds)) => scale_to_metres(path, &bounds),
+        (None, None) => Some(1.0),
+    };
+    let Some(found) = found else {
+        return Err(Trouble::input(
+            format!("{}: its size does not tell the unit", path.display()),
+            "give `--scale`: 0.001 for millimetres, 0.01 for centimetres, 1 for metres",
+        ));
+    };
+    let mut mesh = unscaled;
+    if scale.is_none() {
+        mesh.vertices.iter_mut().for_each(|v| *v *= found);
+    }
+    let (shape, notes) = build(&mesh)?;
+    let (low, size) = (shape.bounds().min.z, shape.bounds().size());
+    let [x, y, z] = extents(&shape).into();
+    let notes: String = notes.iter().map(|note| format!("# {note}\n")).collect();
+    // The scenario may be saved anywhere.
+    let place = path.canonicalize().unwrap_or_else(|_| path.into());
+    let (name, place) = (file.rsplit_once('.').map_or(&*file, |(name, _)| name), place.display().to_string());
+    Ok(format!(
+        "\
+# {file}: {x} x {y} x {z} mm, {volume} ml. Its weight deforms it; it is held at its lower end.
+# `rsph run` computes where it comes to rest; every key: docs/guide/scenario.md, `rsph schema`.
+{notes}title = {name:?}
+units = \"SI\"                # m, kg, s, Pa
+
+[body]
+shape = {{ mesh = {{ path = {place:?}, scale = {found} }} }}
+particles = 2000            # about; more are more accurate
+
+[material]                  # soft tissue at any strain; take the figures of yours
+model = \"neo-hookean\"
+density = 1060.0            # kg/m^3
+young_modulus = 1e4         # Pa
+poisson_ratio = 0.45        # nearly incompressible: up to 0.499
+relaxation_time = 0.0       # s, of the damping; of no matter at rest
+
+[solver]
+mode = \"static\"           # straight to rest; \"dynamic\" moves it, up to `until` in [time]
+
+[[boundary]]                # held below a plane, a tenth of its height from below
+kind = \"clamp\"
+region = {{ plane = {{ axis = \"z\", at = {at}, side = \"below\" }} }}
+
+[[load]]                    # its weight
+kind = \"body_force\"
+acceleration = [0.0, 0.0, -9.81]
+
+[[probe]]                   # how far its upper end goes down
+name = \"top\"
+quantity = \"displacement.z\"
+region = {{ plane = {{ axis = \"z\", at = {top}, side = \"above\" }} }}
+",
+        volume = number(1e6 * shape.volume()),
+        at = short(low + HELD * size.z),
+        top = short(low + (1.0 - HELD) * size.z),
+    ))
+}
+
+/// A position to the hundredth of a millimetre.
+fn short(x: f64) -> f64 {
+    (1e5 * x).round() / 1e5
 }

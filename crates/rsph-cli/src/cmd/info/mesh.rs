@@ -1,5 +1,6 @@
 //! Triangle meshes.
 
+use crate::cmd::unit::{is_gltf, scale_to_metres};
 use crate::exit::Trouble;
 use crate::output::{interval, number};
 use rsph_core::grid::Bounds;
@@ -11,8 +12,6 @@ use std::path::Path;
 
 /// Most parts that are listed.
 const MAX_PARTS: usize = 40;
-/// Sizes of organs, and of what is cut out of them, in metres.
-const ORGANS: std::ops::Range<f64> = 0.005..2.0;
 
 pub fn describe(path: &Path) -> Result<String, Trouble> {
     let read = read_mesh_with_parts(path, 1.0).map_err(|e| Trouble::mesh(&e))?;
@@ -70,19 +69,13 @@ fn pieces(mesh: &TriangleMesh, is_closed: bool) -> String {
     }
 }
 
-/// The unit of length of a mesh, by its format, or as its size suggests.
+/// The unit of length of a mesh, as far as it can be told.
 fn unit(path: &Path, bounds: &Bounds) -> String {
-    let format = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    if ["glb", "gltf"].contains(&format.as_str()) {
-        return "metres, by the format".into();
-    }
-    let size = bounds.size().max();
-    let fits = [("millimetres", 0.001), ("metres", 1.0)]
-        .map(|(unit, scale)| (unit, scale, ORGANS.contains(&(scale * size))));
-    match fits {
-        [(mm, scale, true), (_, _, false)] => format!("{mm}, by the size of organs: `scale = {scale}`"),
-        [(_, _, false), (m, _, true)] => format!("{m}, by the size of organs"),
-        [(mm, ..), (m, ..)] => format!("not clear from the size: {mm}, {m}, or others; say which by `scale`"),
+    match scale_to_metres(path, bounds) {
+        Some(_) if is_gltf(path) => "metres, by the format".into(),
+        Some(1.0) => "metres, by the size of organs".into(),
+        Some(scale) => format!("millimetres, by the size of organs: `scale = {scale}`"),
+        None => "not clear from the size: millimetres, metres, or others; say which by `scale`".into(),
     }
 }
 
