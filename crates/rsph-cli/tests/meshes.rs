@@ -87,7 +87,7 @@ fn an_organ_of_your_own_runs_at_once() {
     bench.write("mm.obj", box_of([100.0, 80.0, 60.0]));
     bench.write("m.obj", box_of([0.1, 0.08, 0.06]));
     bench.write("cm.obj", box_of([3.0, 2.0, 2.0]));
-    let weight = 1060.0 * 9.81 * 0.1 * 0.08 * 0.054;
+    let weight = 1060.0 * 9.81 * 0.1 * 0.08 * 0.048;
     for (file, scale) in [("mm.obj", "scale = 0.001"), ("m.obj", "scale = 1")] {
         let new = bench.rsph(&["new", "--mesh", file]);
         assert!(
@@ -103,7 +103,7 @@ fn an_organ_of_your_own_runs_at_once() {
         let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
         let load = summary["load"][2].as_f64().unwrap();
         assert!((load / -weight - 1.0).abs() < 1e-3, "{load} {weight}");
-        assert!(summary["readings"]["top"].as_f64().unwrap() < 0.0);
+        assert!(summary["readings"]["tip"].as_f64().unwrap() < 0.0);
     }
     let unclear = bench.rsph(&["new", "--mesh", "cm.obj"]);
     assert!(unclear.code == Some(2) && unclear.err.contains("--scale"), "{}", unclear.err);

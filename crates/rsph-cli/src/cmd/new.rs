@@ -79,7 +79,7 @@ pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
 }
 
 /// Share of its height by which an organ is held.
-const HELD: f64 = 0.1;
+const HELD: f64 = 0.2;
 
 /// A scenario of the organ in the mesh file.
 fn of_mesh(path: &Path, scale: Option<f64>) -> Result<String, Trouble> {
@@ -115,7 +115,7 @@ fn of_mesh(path: &Path, scale: Option<f64>) -> Result<String, Trouble> {
     let (name, place) = (file.rsplit_once('.').map_or(&*file, |(name, _)| name), place.display().to_string());
     Ok(format!(
         "\
-# {file}: {x} x {y} x {z} mm, {volume} ml. Its weight deforms it; it is held at its lower end.
+# {file}: {x} x {y} x {z} mm, {volume} ml. It hangs by its upper fifth, and its weight deforms it.
 # `rsph run` computes where it comes to rest; every key: docs/guide/scenario.md, `rsph schema`.
 {notes}title = {name:?}
 units = \"SI\"                # m, kg, s, Pa
@@ -127,29 +127,29 @@ particles = 2000            # about; more are more accurate
 [material]                  # soft tissue at any strain; take the figures of yours
 model = \"neo-hookean\"
 density = 1060.0            # kg/m^3
-young_modulus = 1e4         # Pa
+young_modulus = 2e4         # Pa
 poisson_ratio = 0.45        # nearly incompressible: up to 0.499
 relaxation_time = 0.0       # s, of the damping; of no matter at rest
 
 [solver]
 mode = \"static\"           # straight to rest; \"dynamic\" moves it, up to `until` in [time]
 
-[[boundary]]                # held below a plane, a tenth of its height from below
+[[boundary]]                # held above a plane, a fifth of its height from above
 kind = \"clamp\"
-region = {{ plane = {{ axis = \"z\", at = {at}, side = \"below\" }} }}
+region = {{ plane = {{ axis = \"z\", at = {at}, side = \"above\" }} }}
 
 [[load]]                    # its weight
 kind = \"body_force\"
 acceleration = [0.0, 0.0, -9.81]
 
-[[probe]]                   # how far its upper end goes down
-name = \"top\"
+[[probe]]                   # how far its lower end goes down
+name = \"tip\"
 quantity = \"displacement.z\"
-region = {{ plane = {{ axis = \"z\", at = {top}, side = \"above\" }} }}
+region = {{ plane = {{ axis = \"z\", at = {tip}, side = \"below\" }} }}
 ",
         volume = number(1e6 * shape.volume()),
-        at = short(low + HELD * size.z),
-        top = short(low + (1.0 - HELD) * size.z),
+        at = short(low + (1.0 - HELD) * size.z),
+        tip = short(low + 0.5 * HELD * size.z),
     ))
 }
 
