@@ -256,7 +256,7 @@ def changed(raw, at, fmt, *values):
 
 BROKEN = {
     "empty": (lambda r: b"", "is empty|ends within its header"),
-    "text": (lambda r: b"no image at all, but long enough " * 20, "no NIfTI file"),
+    "text": (lambda r: b"no image at all, but long enough " * 20, "no NIfTI or NRRD file"),
     "magic": (lambda r: changed(r, 344, "4s", b"bad\0"), "no NIfTI file"),
     "pair": (lambda r: changed(r, 344, "4s", b"ni1\0"), "pair"),
     "short header": (lambda r: r[:200], "ends within its header"),
@@ -314,3 +314,12 @@ def test_files_that_are_none_are_refused(tmp_path):
 def test_masks_that_show_nothing_are_refused(make):
     with pytest.raises(rsph.InputError):
         make()
+
+
+def test_what_is_no_number_is_outside():
+    volume = shapes.Mask(BALL, 0.001).volume
+    for outside in (0.0, np.nan):
+        values = np.where(BALL, 1.0, outside)
+        assert shapes.Mask(values, 0.001).volume == volume
+        values = np.where(BALL, np.float32(7.0001), np.float32(outside))
+        assert shapes.Mask(values, 0.001, label=7).volume == volume

@@ -1,6 +1,7 @@
 //! Scenarios written by the Python half, and what it needs to know to write them.
 
 use crate::errors;
+use crate::pool::compute;
 use crate::shape::Shape;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -33,7 +34,7 @@ pub fn read_scenario(path: PathBuf) -> PyResult<String> {
 pub fn scenario_text(source: Source) -> PyResult<String> {
     let named = !source.0.is_empty();
     let scenario = loaded(source)?;
-    scenario.check().map_err(|e| errors::scenario(&e, named))?;
+    compute(|| scenario.check()).map_err(|e| errors::scenario(&e, named))?;
     Ok(scenario.as_run_anywhere())
 }
 
@@ -52,7 +53,7 @@ pub fn material(text: String) -> PyResult<Arc<dyn Material>> {
 
 fn understood(text: String) -> PyResult<Setup> {
     let loaded = LoadedScenario::from_text("", text, PathBuf::new(), &[]);
-    let job = loaded.and_then(|s| s.lower()).map_err(|e| errors::scenario_text(&e))?;
+    let job = compute(|| loaded.and_then(|s| s.lower())).map_err(|e| errors::scenario_text(&e))?;
     Ok(job.setup)
 }
 

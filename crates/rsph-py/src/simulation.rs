@@ -5,7 +5,7 @@ use crate::field::{Trouble, python_field, python_modulus};
 use crate::force::PythonForce;
 use crate::history::History;
 use crate::interrupt::{SOON, interruptible};
-use crate::pool::detach;
+use crate::pool::{compute, detach};
 use crate::scenario::Source;
 use crate::shape::Shape;
 use crate::snapshot::Snapshot;
@@ -182,7 +182,7 @@ impl Simulation {
     #[pyo3(signature = (function, on_surface))]
     fn set_load(&self, function: Option<Py<PyAny>>, on_surface: bool) -> PyResult<()> {
         let state = &mut *self.state()?;
-        state.simulation.set_forces(&[]).map_err(|e| errors::invalid_input(&e))?;
+        compute(|| state.simulation.set_forces(&[])).map_err(|e| errors::invalid_input(&e))?;
         state.load = function.map(|f| PythonForce::new(f, on_surface));
         Ok(())
     }
@@ -191,7 +191,7 @@ impl Simulation {
     fn add_probe(&self, text: String) -> PyResult<()> {
         let probe = scenario::probe(text)?;
         let state = &mut *self.state()?;
-        state.simulation.add_probe(probe).map_err(|e| errors::invalid_input(&e))
+        compute(|| state.simulation.add_probe(probe)).map_err(|e| errors::invalid_input(&e))
     }
 
     /// Takes `n` steps of length `dt`.
@@ -354,13 +354,15 @@ impl Simulation {
             let message = format!("`name` = {name:?}: there is no material of that name");
             return Err(errors::input_error(&message, "name", Some(&name), &format!("there are {names:?}")));
         };
-        state.simulation.set_material(k, &material).map_err(|e| errors::invalid_input(&e))
+        let simulation = &mut state.simulation;
+        compute(|| simulation.set_material(k, &material)).map_err(|e| errors::invalid_input(&e))
     }
 
     /// What to know where this moment is beyond what the law is for.
     fn beyond_the_law(&self) -> PyResult<Option<String>> {
-        let simulation = &mut self.state()?.simulation;
-        Ok(simulation.extremes().and_then(|extremes| simulation.beyond_the_law(&extremes)))
+        let state = &mut *self.state()?;
+        let simulation = &mut state.simulation;
+        Ok(compute(|| simulation.extremes().and_then(|extremes| simulation.beyond_the_law(&extremes))))
     }
 
     /// What is known before the first step, by name.
