@@ -76,9 +76,9 @@ fn info_of_a_mesh_says_whether_it_is_closed() {
 /// A box of these edges as OBJ.
 fn box_of([x, y, z]: [f64; 3]) -> String {
     let corner = |k: usize| [k % 2, k / 2 % 2, k / 4].map(|i| i as f64);
-    let vertices: String =
+    let vertices: Vec<String> =
         (0..8).map(corner).map(|[i, j, k]| format!("v {} {} {}\n", i * x, j * y, k * z)).collect();
-    vertices + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n"
+    vertices.concat() + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n"
 }
 
 #[test]

@@ -109,7 +109,7 @@ fn of_mesh(path: &Path, scale: Option<f64>) -> Result<String, Trouble> {
     let (shape, notes) = build(&mesh)?;
     let (low, size) = (shape.bounds().min.z, shape.bounds().size());
     let [x, y, z] = extents(&shape).into();
-    let notes: String = notes.iter().map(|note| format!("# {note}\n")).collect();
+    let notes = notes.into_iter().map(|note| format!("# {note}\n")).collect::<Vec<_>>().concat();
     // The scenario may be saved anywhere.
     let place = path.canonicalize().unwrap_or_else(|_| path.into());
     let (name, place) = (file.rsplit_once('.').map_or(&*file, |(name, _)| name), place.display().to_string());
