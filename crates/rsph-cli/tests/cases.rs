@@ -66,9 +66,9 @@ fn extents_have_the_digits_that_tell_units() {
 }
 
 /// A label map at rest under nothing but its hold.
-fn segmented(file: &str, label_map: &str) -> String {
+fn segmented(file: &str) -> String {
     format!(
-        "body = {{ labelmap = \"{file}\", particles = 500 }}\n{label_map}\nsolver = {{ mode = \"static\" }}\n\
+        "body = {{ labelmap = \"{file}\", particles = 500 }}\nsolver = {{ mode = \"static\" }}\n\
          material = {{ model = \"kelvin-voigt\", density = 1000.0, young_modulus = 1e4, poisson_ratio = 0.3, \
          relaxation_time = 0.1 }}\n[[boundary]]\nkind = \"clamp\"\n\
          region = {{ plane = {{ axis = \"z\", at = -1.0, side = \"below\" }} }}\n"
@@ -86,7 +86,7 @@ fn images_are_read_as_other_programs_read_them() {
         assert_eq!(info("n_negpix_q.nii"), info("n_positive.nii"));
     }
     if let Some(bench) = bench_of("one-voxel-wall") {
-        bench.write("wall.toml", segmented("n_wall1.nii.gz", ""));
+        bench.write("wall.toml", segmented("n_wall1.nii.gz"));
         let run = bench.rsph(&["run", "wall.toml"]);
         assert!(run.code == Some(2) && run.err.contains("too thin for its voxels"), "{}", run.err);
     }

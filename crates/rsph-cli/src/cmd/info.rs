@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<Code, Trouble> {
     } else if ends(&[".toml"]) {
         Err(Trouble::input(
             format!("{} is a scenario", path.display()),
-            format!("`rsph run {} --explain` prints all of its values", path.display()),
+            format!("`rsph run {}` runs it; `rsph info` describes its mesh or image", path.display()),
         ))
     } else {
         mesh::describe(path)

@@ -83,32 +83,21 @@ const HELD: f64 = 0.2;
 
 /// A scenario of the organ in the mesh file.
 fn of_mesh(path: &Path, scale: Option<f64>) -> Result<String, Trouble> {
-    let unscaled = read_mesh(path, scale.unwrap_or(1.0)).map_err(|e| Trouble::mesh(&e))?;
+    let mut mesh = read_mesh(path, scale.unwrap_or(1.0)).map_err(|e| Trouble::mesh(&e))?;
     let file = path.file_name().unwrap_or_default().to_string_lossy();
-    let extents = |shape: &MeshShape| shape.bounds().size().map(|length| number(1e3 * length));
-    let build = |mesh| {
-        MeshShape::new(mesh, &format!("mesh {file}"))
-            .map_err(|e| Trouble::input(format!("{}: {}", path.display(), e.problem), e.remedy))
-    };
-    let bounds = unscaled.merged().bounds();
-    let found = match (scale, bounds) {
-        (Some(given), _) => Some(given),
-        (None, Some(bounds)) => scale_to_metres(path, &bounds),
-        (None, None) => Some(1.0),
-    };
-    let Some(found) = found else {
+    let Some(to_metres) = scale.or_else(|| scale_to_metres(path, &mesh.bounds()?)) else {
         return Err(Trouble::input(
             format!("{}: its size does not tell the unit", path.display()),
             "give `--scale`: 0.001 for millimetres, 0.01 for centimetres, 1 for metres",
         ));
     };
-    let mut mesh = unscaled;
     if scale.is_none() {
-        mesh.vertices.iter_mut().for_each(|v| *v *= found);
+        mesh.vertices.iter_mut().for_each(|v| *v *= to_metres);
     }
-    let (shape, notes) = build(&mesh)?;
+    let (shape, notes) = MeshShape::new(&mesh, &format!("mesh {file}"))
+        .map_err(|e| Trouble::input(format!("{}: {}", path.display(), e.problem), e.remedy))?;
     let (low, size) = (shape.bounds().min.z, shape.bounds().size());
-    let [x, y, z] = extents(&shape).into();
+    let [x, y, z] = <[f64; 3]>::from(size).map(|length| number(1e3 * length));
     let notes = notes.into_iter().map(|note| format!("# {note}\n")).collect::<Vec<_>>().concat();
     // The scenario may be saved anywhere.
     let place = path.canonicalize().unwrap_or_else(|_| path.into());
@@ -121,7 +110,7 @@ fn of_mesh(path: &Path, scale: Option<f64>) -> Result<String, Trouble> {
 units = \"SI\"                # m, kg, s, Pa
 
 [body]
-shape = {{ mesh = {{ path = {place:?}, scale = {found} }} }}
+shape = {{ mesh = {{ path = {place:?}, scale = {to_metres} }} }}
 particles = 2000            # about; more are more accurate
 
 [material]                  # soft tissue at any strain; take the figures of yours

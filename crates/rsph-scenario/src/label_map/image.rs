@@ -122,16 +122,18 @@ pub fn survey(path: &Path) -> Result<Survey, Problem> {
     let mut labels: BTreeMap<i64, u64> = BTreeMap::new();
     let (mut range, mut are_labels, mut without) = ([f64::INFINITY, f64::NEG_INFINITY], true, 0);
     let header = each_row(path, &mut |_, _, values| {
-        for &value in values {
+        // Neighbours mostly have the same value.
+        for equal in values.chunk_by(|a, b| a.to_bits() == b.to_bits()) {
+            let (value, count) = (equal[0], equal.len() as u64);
             if !value.is_finite() {
-                without += 1;
+                without += count;
                 continue;
             }
             range = [range[0].min(value), range[1].max(value)];
             // As labels are read, to the nearest whole number.
             are_labels &= (value - value.round()).abs() < NEARLY_WHOLE && labels.len() <= MOST_LABELS;
             if are_labels {
-                *labels.entry(value.round() as i64).or_default() += 1;
+                *labels.entry(value.round() as i64).or_default() += count;
             }
         }
         Ok(())
@@ -160,7 +162,7 @@ pub fn read_header(path: &Path) -> Result<Header, Problem> {
 /// The image in the file, by its first bytes.
 fn open_image(path: &Path) -> Result<Voxels, Problem> {
     let (mut stream, length) = open(path)?;
-    let start = stream.fill_buf().map_err(|e| broken(format!("{} at its begin", cut_or_damaged(&e))))?;
+    let start = stream.fill_buf().map_err(|e| broken(format!("{} at its start", cut_or_damaged(&e))))?;
     if start.starts_with(nrrd::START) {
         return open_nrrd(path, stream, length);
     }
